@@ -5,6 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/film/aov.h"
 #include "renderer/film/film_sums.h"
+#include "renderer/film/film_surface.h"
 #include "renderer/film/outliers.h"
 #include "renderer/film/zeroed_array.h"
 
@@ -25,17 +26,6 @@ struct FilmSample {
   float alpha = 1.0f;
   float weight = 1.0f; // of the pixel filter, with mean 1; negative under a negative lobe
   uint32_t index = 0;  // of the sample in its pixel; needed for trim_outliers() only
-};
-
-// Data of a sample for AOVs; filled only if AovSet::needs_surface() or needs_components().
-struct FilmSurface {
-  Rgb albedo{0.0f};
-  V3f normal{0.0f};
-  float depth = 0.0f;
-  V3f position{0.0f};
-  bool hit = false;
-  Rgb emission{0.0f};
-  Rgb direct{0.0f};
 };
 
 inline constexpr int kMaxImageSide = 65536; // pixels, of an image that a user asks for

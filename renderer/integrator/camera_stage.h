@@ -1,8 +1,9 @@
-// Camera rays of a batch, the first stage of every integrator, and the table of sampler dimensions.
+// Camera rays of a batch, the first stage of every integrator.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/camera_sample.h"
 #include "renderer/sampling/draw_eight.h"
 
 #include <array>
@@ -11,28 +12,6 @@
 #include <span>
 
 namespace kindling {
-
-// Dimensions of the sampler: the camera's first, then those of each bounce.
-enum Dimension : uint32_t {
-  kFilterDimension = 0, // 2-D
-  kLensDimension = 1,   // 2-D
-  kTimeDimension = 2,   // 1-D
-  kFirstBounceDimension = 8,
-
-  // Relative to the bounce:
-  kDirectionDimension = 0, // 4-D: wavelength, choice of the lobe, direction (BounceDraws)
-  kLightDimension = 1,     // 4-D: choice of the light, point on it, roulette, and a spare one that refines the choice
-  kCoverageDimension = 4,  // 1-D, for the first partly transparent surface; later ones are hashed
-  kBounceDimensions = 8,
-};
-
-// The data of a camera ray that every integrator needs until the sample is added to the film.
-struct CameraSample {
-  SampleAddress address;
-  uint32_t sample_index = 0;
-  V2i pixel{0, 0};
-  float filter_weight = 1.0f;
-};
 
 // Generates the camera rays of a batch: `samples` of every pixel of the block, sample by sample,
 // pixels row by row. Fills samples.count() * pixels camera samples and rays.

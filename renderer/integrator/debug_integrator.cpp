@@ -3,7 +3,7 @@
 #include "renderer/integrator/debug_integrator.h"
 
 #include "renderer/integrator/first_hit_context.h"
-#include "renderer/integrator/sample_cone.h"
+#include "renderer/integrator/stages/sample_cone.h"
 
 #include <cassert>
 

@@ -1,20 +1,14 @@
 // First and last stages of a path tracer's batch: camera rays in, film samples out.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/stages/prepare_path.h"
 
 #include <cassert>
 
 namespace kindling {
-namespace {
-
-Rgb clamped(const Rgb& radiance, float largest) {
-  const float peak = max_component(radiance);
-  return peak > largest ? radiance * (largest / peak) : radiance;
-}
-
-} // namespace
 
 void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
   const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count();
@@ -44,15 +38,10 @@ void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange
 
 // Slots run sample by sample, so each pixel receives its samples in order.
 void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film& film) const {
-  const bool clamps = settings_.clamp_direct < kInfinity || settings_.clamp_indirect < kInfinity;
   for (size_t slot = 0; slot < path_count; ++slot) {
     PathState& state = context.states[slot];
     const CameraSample& camera_sample = context.camera_samples[slot];
-    if (clamps) {
-      state.light[kDirect] = clamped(state.light[kDirect], settings_.clamp_direct);
-      state.light[kIndirect] = clamped(state.light[kIndirect], settings_.clamp_indirect);
-    }
-    const Rgb radiance = state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
+    const Rgb radiance = stages_.radiance_of(state);
     if (context.recorder) context.recorder->finish_path(slot, radiance);
     if (!is_finite(radiance)) {
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
@@ -65,16 +54,6 @@ void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film&
     surface.direct = state.light[kDirect];
     film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
   }
-}
-
-void PathIntegrator::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
-                                    uint32_t slot, PathContext& context) const {
-  FilmSurface& record = context.surfaces[slot];
-  record.hit = true;
-  record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
-  record.normal = surface.shading_normal;
-  record.depth = camera_.depth(surface.position, ray.time);
-  record.position = surface.position;
 }
 
 } // namespace kindling

@@ -4,7 +4,7 @@
 
 #include "renderer/guiding/guide_record.h"
 #include "renderer/guiding/light_selection_tree.h"
-#include "renderer/integrator/path_state.h"
+#include "renderer/integrator/stages/path_state.h"
 #include "renderer/world/world.h"
 
 #include <cassert>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/integrator/path_state.h"
+#include "renderer/integrator/path_context.h"
 #include "renderer/world/world.h"
 
 namespace kindling {

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/light/light_set.h"
-#include "renderer/sampling/bounce_draws.h"
-#include "renderer/world/world.h"
+#include "renderer/integrator/stages/path_stages.h"
 
 #include <array>
 #include <cstddef>
@@ -18,11 +16,10 @@ struct ShadeGroup {
   static constexpr size_t kSize = 32;
 
   struct Member {
-    Environment::Location escaped;                           // direction of a ray without a hit
-    SurfacePoint surface;                                    // at the hit, if there is one
-    BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
-    const LightProbabilities* light_probabilities = nullptr; // learned for the surface's position; null: none
-    uint32_t light = 0;                                      // index into lights, if the surface reflects
+    EnvironmentView::Location escaped; // direction of a ray without a hit
+    SurfacePoint surface;              // at the hit, if there is one
+    SurfaceDraws sampled;              // if the surface reflects
+    uint32_t light = 0;                // index into lights, if it reflects
   };
 
   std::array<Member, kSize> members;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/integrator/path_state.h"
-#include "renderer/integrator/sample_cone.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/sample_cone.h"
 #include "renderer/integrator/whitted_settings.h"
 #include "renderer/integrator/whitted_vertex.h"
 #include "renderer/light/per_light_sampling.h"

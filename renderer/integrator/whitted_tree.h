@@ -4,7 +4,7 @@
 
 #include "renderer/base/ray_cone.h"
 #include "renderer/integrator/camera_stage.h"
-#include "renderer/integrator/medium_stack.h"
+#include "renderer/integrator/stages/medium_stack.h"
 #include "renderer/integrator/whitted_sum.h"
 
 #include <cstdint>

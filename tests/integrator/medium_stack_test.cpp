@@ -1,6 +1,6 @@
 // The stack of media around a path.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/medium_stack.h"
+#include "renderer/integrator/stages/medium_stack.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Texture filtering in images: no aliasing with few samples, no blur with many, unbiased coverage.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/sample_cone.h"
+#include "renderer/integrator/stages/sample_cone.h"
 #include "renderer/texture/texture_memory.h"
 #include "tests/integrator/test_scenes.h"
 

@@ -1,20 +1,19 @@
-// The state of one path in flight, and one thread's memory for a batch of paths.
+// The state of one path in flight.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/math.h"
 #include "renderer/base/ray_cone.h"
-#include "renderer/integrator/camera_stage.h"
-#include "renderer/integrator/integrator.h"
-#include "renderer/integrator/medium_stack.h"
-#include "renderer/integrator/shade_group.h"
+#include "renderer/integrator/caustics.h"
+#include "renderer/integrator/stages/camera_sample.h"
+#include "renderer/integrator/stages/medium_stack.h"
+#include "renderer/light/light_probabilities.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <vector>
 
 namespace kindling {
-
-class PathRecorder;
 
 // Classes of light that reaches the camera, by the number of its reflections.
 enum LightClass : uint32_t { kEmission = 0, kDirect = 1, kIndirect = 2 };
@@ -54,41 +53,5 @@ static_assert(sizeof(PathState) == 120);
 // Maximum number of transparent surfaces in a row: further ones absorb what is left of a path or
 // shadow ray.
 inline constexpr uint32_t kMaxTransparentSurfaces = 128;
-
-// A light sample whose shadow ray is not traced yet.
-struct ShadowRecord {
-  Rgb contribution;  // added to the path if nothing is in between
-  uint32_t slot = 0; // of the path
-  uint32_t light_class = kDirect;
-};
-
-// One thread's batch of paths. A path keeps its slot until it ends; `active` lists the slots of
-// unfinished paths, and rays and hits are parallel to it. Sized once and never grown: nothing
-// allocates per sample.
-class PathContext final : public ThreadContext {
- public:
-  explicit PathContext(size_t batch_size, bool with_surfaces)
-      : camera_samples(batch_size), states(batch_size), media(batch_size), surfaces(with_surfaces ? batch_size : 0),
-        active(batch_size), next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size),
-        shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), thin_wall_rays(batch_size),
-        thin_wall_hits(batch_size), thin_wall_records(batch_size) {}
-
-  std::vector<CameraSample> camera_samples; // by slot
-  std::vector<PathState> states;            // by slot
-  std::vector<MediumStack> media;           // by slot; only where the state is in_medium
-  std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it
-  std::vector<uint32_t> active, next_active;
-  std::vector<accel::Ray> rays, next_rays;
-  std::vector<accel::Hit> hits;
-  std::vector<accel::Ray> shadow_rays;
-  std::vector<ShadowRecord> shadow_records;
-  std::vector<uint8_t> occluded;
-  // Unoccluded shadow rays, traced from thin wall to thin wall.
-  std::vector<accel::Ray> thin_wall_rays;
-  std::vector<accel::Hit> thin_wall_hits;
-  std::vector<uint32_t> thin_wall_records; // index of the shadow ray
-  PathRecorder* recorder = nullptr;        // set while a guide is trained
-  ShadeGroup group;
-};
 
 } // namespace kindling

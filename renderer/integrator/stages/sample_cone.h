@@ -21,7 +21,7 @@ namespace kindling {
   return std::max(static_cast<float>(1.0 / std::sqrt(sampler.samples_per_pixel())), 0.125f);
 }
 
-[[nodiscard]] inline RayCone sample_cone(const Camera& camera, const V3f& direction, float sample_width) {
+[[nodiscard]] inline RayCone sample_cone(const CameraView& camera, const V3f& direction, float sample_width) {
   assert(sample_width > 0.0f && sample_width <= 1.0f);
   const RayCone pixel = camera.pixel_cone(direction);
   return {pixel.width_m * sample_width, pixel.spread * sample_width};
@@ -31,7 +31,7 @@ namespace kindling {
 // focus, the samples of a pixel spread over the circle of confusion as they do over the pixel in
 // focus, so each covers the same fraction of it. Later vertices use the pixel's cone: the image in
 // a mirror may be in focus where the mirror is not.
-[[nodiscard]] inline float first_footprint(const Camera& camera, const accel::Ray& ray, float distance_m,
+[[nodiscard]] inline float first_footprint(const CameraView& camera, const accel::Ray& ray, float distance_m,
                                            float cone_width_m, float sample_width) {
   if (!camera.has_lens()) return cone_width_m;
   const float depth = camera.depth(ray.origin + ray.direction * distance_m, ray.time);

@@ -1,0 +1,74 @@
+// Takes the results of a path's stages into its batch, for the training of a guide and for replays.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/path_context.h"
+#include "renderer/integrator/path_recorder.h"
+#include "renderer/integrator/path_trace.h"
+#include "renderer/world/world.h"
+
+namespace kindling {
+
+// A sink of PathStages.
+struct BatchSink {
+  PathContext& context;
+  const World& world; // for the names of materials
+
+  void extend(const PathInFlight& path, const accel::Ray& ray) {
+    context.next_active.push_back(path.slot);
+    context.next_rays.push_back(ray);
+  }
+  void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
+    context.shadow_rays.push_back(ray);
+    context.shadow_records.push_back(record);
+  }
+
+  [[nodiscard]] bool records() const { return context.recorder != nullptr; }
+  void arrive(const PathInFlight& path, const SurfacePoint* surface) {
+    if (context.recorder) context.recorder->arrive(path.slot, path.state, surface);
+  }
+  void reflect(const PathStages::Vertex& vertex, const GuidedBsdf::Sample& scattered, const PathInFlight& path) {
+    if (!context.recorder) return;
+    GuideRecord record;
+    record.position = vertex.surface.position;
+    record.normal = vertex.surface.shading_normal;
+    record.base = scattered.bsdf_pdf / scattered.pdf;
+    record.replaced = vertex.bsdf.replaceable(scattered.bsdf_pdf, scattered.cosine) / scattered.pdf;
+    record.allowed = vertex.bsdf.allowed() / scattered.pdf;
+    context.recorder->reflect(path.slot, record);
+  }
+  void offer_light(const PathStages::Vertex& vertex, const Rgb& contribution) {
+    if (!context.recorder) return;
+    context.recorder->offer_light({.position = vertex.surface.position,
+                                   .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
+                                   .kind = vertex.light->kind,
+                                   .moment = square(luminance(contribution)) * vertex.light->kind_probability,
+                                   .probability = vertex.light->kind_probability});
+  }
+
+  void surface_event(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
+                     const PathState& state) {
+    trace_surface(context, ray, hit, surface, world, state);
+  }
+  void escaped_event(const accel::Ray& ray, const PathState& state) {
+    trace_event(context, [&](PathVertex& vertex) {
+      vertex.event = "escaped";
+      vertex.bounce = state.bounce;
+      vertex.direction = ray.direction;
+      vertex.throughput = state.throughput;
+      vertex.radiance = state.light[0] + state.light[1] + state.light[2];
+    });
+  }
+  void scatter_event(const accel::Ray& ray, float distance, const V3f& position, const PathState& state) {
+    trace_event(context, [&](PathVertex& vertex) {
+      vertex.event = "scattered in a medium";
+      vertex.bounce = state.bounce;
+      vertex.position = position;
+      vertex.direction = ray.direction;
+      vertex.distance = distance;
+      vertex.throughput = state.throughput;
+    });
+  }
+};
+
+} // namespace kindling

@@ -1,0 +1,51 @@
+// The kinds of integrators, and their settings.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/integrator/caustics.h"
+#include "renderer/integrator/whitted_settings.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace kindling {
+
+enum class IntegratorKind : uint8_t {
+  path,
+  whitted,
+  ambient_occlusion,
+  albedo,
+  normal,
+  geometric_normal,
+  depth,
+  uv,
+  barycentric,
+  instance,
+  material
+};
+[[nodiscard]] std::string_view integrator_name(IntegratorKind kind);
+[[nodiscard]] std::optional<IntegratorKind> integrator_from_name(std::string_view name);
+[[nodiscard]] std::span<const IntegratorKind> all_integrators();
+
+struct IntegratorSettings {
+  IntegratorKind kind = IntegratorKind::path;
+  int max_bounces = 8; // reflections of a path after its first surface, diffuse and glossy; 0: direct light only
+  int max_diffuse_bounces = 8;
+  int max_glossy_bounces = 8;
+  int max_transmission_bounces = 16;   // counted apart: a glass has four surfaces, and one behind another is common
+  int roulette_start_bounce = 2;       // first bounce with Russian roulette
+  float clamp_direct = kInfinity;      // maximum of any component of a sample's directly lit part
+  float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
+  Caustics caustics = Caustics::full;  // treatment of light found through narrow lobes behind wide ones
+  float ao_distance_m = 0.0f;          // ambient occlusion: 0 means a tenth of the scene's diagonal
+  bool environment_visible = true;     // to camera rays
+  std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
+  bool transparent_background = false; // camera rays that leave give alpha 0
+  uint32_t batch_size = 256;           // path states that a thread advances together, a multiple of 64
+  WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above
+};
+
+} // namespace kindling

@@ -1,0 +1,170 @@
+// The stages of a path, each for one path at a time: the same code on every device.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/camera/camera.h"
+#include "renderer/film/film_surface.h"
+#include "renderer/guiding/bright_patches.h"
+#include "renderer/guiding/light_selection_tree.h"
+#include "renderer/integrator/integrator_settings.h"
+#include "renderer/integrator/stages/guided_scattering.h"
+#include "renderer/integrator/stages/path_state.h"
+#include "renderer/sampling/bounce_draws.h"
+#include "renderer/world/world_view.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace kindling {
+
+// One path, as the stages see it. All members belong to its slot.
+struct PathInFlight {
+  uint32_t slot;
+  const CameraSample& sample;
+  PathState& state;
+  MediumStack& media;   // valid only if state.in_medium
+  FilmSurface* surface; // the first surface, for AOVs; null: no AOV needs it
+};
+
+// Numbers that are drawn at a surface before it is shaded.
+struct SurfaceDraws {
+  BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
+  const LightProbabilities* light_probabilities = nullptr; // learned for the surface's position; null: none
+};
+
+// A light sample whose shadow ray is not traced yet.
+struct ShadowRecord {
+  Rgb contribution;  // added to the path if nothing is in between
+  uint32_t slot = 0; // of the path
+  uint32_t light_class = kDirect;
+};
+
+// Everything that the stages read. Each stage takes one path from one ray to the next:
+//
+//   measure_footprint()    the ray's cone at its hit
+//   WorldView::surface_at  the surface
+//   light_query()          what a light is sampled for
+//   LightSetView::sample   a light
+//   shade_hit()            emission, the contribution of the light sample, and the next ray
+//   shade_escaped()        instead of these: light from beyond the scene
+//   add_light()            adds a contribution whose shadow ray meets nothing
+//   pass_thin_wall()       before that, where a shadow ray meets a thin wall
+//
+// Stages hand their results to a sink:
+//
+//   void extend(const PathInFlight&, const accel::Ray&)            the path continues with this ray
+//   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
+//   bool records() const, and arrive(), reflect(), offer_light()  for the training of a guide
+//   void event(...)                                               for the replay of a sample
+struct PathStages {
+  // The layers of a surface as one path meets them. A path that is refracted takes on the
+  // wavelength, and the weight too if it had no wavelength before.
+  struct LayersHere {
+    const LayerParameters* parameters = nullptr;
+    float wavelength_nm = 0.0f; // 0: all wavelengths
+    Rgb wavelength_weight{1.0f};
+  };
+  // A surface at which a path scatters.
+  struct Vertex {
+    const SurfacePoint& surface;
+    const Frame& frame; // around the shading normal
+    GuidedBsdf bsdf;
+    float time; // of the path's rays
+    const SurfaceDraws& sampled;
+    const std::optional<LightSample>& light;
+    const LayersHere* layers; // null: the surface has no layers
+  };
+
+  // Widens the cone of a path by the way to its hit; returns the footprint there.
+  [[nodiscard]] RayFootprint measure_footprint(const accel::Ray& ray, float distance_m, PathState& state) const;
+
+  // True if the surface reflects light, so that one is sampled.
+  [[nodiscard]] static bool reflects(const SurfacePoint& surface, const PathState& state) {
+    return !surface.unlit && !state.emission_only;
+  }
+  // Draws the random numbers of a surface that reflects. Returns the query for a light.
+  [[nodiscard]] LightQuery light_query(const PathInFlight& path, const SurfacePoint& surface, float time,
+                                       SurfaceDraws& sampled) const;
+
+  // Adds the light of the shapes that the ray crosses on its way to its hit, or to infinity. Shapes
+  // block nothing. Camera rays do not see them, straight continuations through transparency
+  // included.
+  void add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
+
+  // `light` is the sample for light_query(); it is read, like `sampled`, only if the surface
+  // reflects.
+  template <typename Sink>
+  void shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface, const SurfaceDraws& sampled,
+                 const std::optional<LightSample>& light, const PathInFlight& path, Sink& sink) const;
+  template <typename Sink>
+  void shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at, const PathInFlight& path,
+                     Sink& sink) const;
+
+  static void add_light(const ShadowRecord& record, PathState& state) {
+    state.light[record.light_class] += record.contribution;
+  }
+  // The fate of a shadow ray at the nearest thin wall on its way.
+  enum class ThinWall : uint8_t { blocks, passed, last };
+  // Multiplies the contribution by the transmittance of the wall that the ray meets at `hit`.
+  // `passed`: the ray starts behind the wall now; `last`: there is nothing more on its way.
+  [[nodiscard]] ThinWall pass_thin_wall(const accel::Hit& hit, accel::Ray& ray, SurfacePoint& scratch,
+                                        Rgb& contribution) const;
+
+  // Returns the radiance of a path that has ended, within the clamps.
+  [[nodiscard]] Rgb radiance_of(PathState& state) const;
+
+  // Steps of shade_hit().
+  template <typename Sink>
+  void scatter(const accel::Ray& ray, Vertex&& vertex, const PathInFlight& path, Sink& sink) const;
+  template <typename Sink>
+  void light_vertex(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
+  // Samples the next direction; the path ends if there is none.
+  template <typename Sink>
+  void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
+  void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
+  void regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // caustics.h
+  void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
+                      FilmSurface& record) const;
+  // Counts a bounce. True if the surface that it leads to may reflect in turn, within all limits.
+  [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
+
+  // Layers and media (path_media.cpp).
+  //
+  // Completes the surface's layers with what depends on the path: indices of refraction and
+  // wavelength. `media` is read only if state.in_medium.
+  [[nodiscard]] LayersHere resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
+                                          const MediumStack& media, float u_wavelength) const;
+  // Moves the path to the other side of the surface: straight, and refracted.
+  static void pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
+  static void cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media);
+  // Applies absorption and scattering up to the hit. False if the path does not reach it: it has
+  // ended, or was scattered on the way and has a new ray.
+  template <typename Sink>
+  [[nodiscard]] bool travel_medium(const accel::Ray& ray, float distance, const PathInFlight& path, Sink& sink) const;
+  [[nodiscard]] Rgb medium_transmittance(const MediumStack& media, float distance) const;
+  // Returns the transmittance between a vertex and a light on the side of wo (side > 0) or beyond
+  // the surface; beyond, it includes the weight of the wavelength.
+  [[nodiscard]] Rgb transmittance_to_light(const Vertex& vertex, float side, float distance,
+                                           const PathInFlight& path) const;
+  // Partial coverage and thin walls (path_transparency.cpp).
+  [[nodiscard]] static bool passes_through(float probability, const PathInFlight& path);
+  [[nodiscard]] static bool passes_through(const Vertex& vertex, const PathInFlight& path);
+  template <typename Sink>
+  static void continue_through(const accel::Ray& ray, const SurfacePoint& surface, const PathInFlight& path,
+                               Sink& sink);
+  [[nodiscard]] Rgb thin_wall_transmittance(SurfacePoint& surface, const V3f& wo) const;
+
+  IntegratorSettings settings;
+  float sample_width = 1.0f; // width of a sample's cone relative to its pixel's
+  const WorldView* world = nullptr;
+  const CameraView* camera = nullptr;
+  const BrightPatches* patches = nullptr;                      // null: directions are not guided
+  const LightSelectionTreeView* light_probabilities = nullptr; // null: not learned
+};
+
+// Returns the key that stochastic transparency hashes for a ray. It differs for every bounce.
+[[nodiscard]] inline uint32_t ray_key(const CameraSample& sample, uint32_t dimension) {
+  return hash_combine(sample.address.key, dimension);
+}
+
+} // namespace kindling

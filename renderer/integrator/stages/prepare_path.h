@@ -1,0 +1,52 @@
+// First and last steps of a path at a surface: its footprint, its draws, its bounces and its sum.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/stages/path_stages.h"
+#include "renderer/integrator/stages/sample_cone.h"
+
+namespace kindling {
+
+inline RayFootprint PathStages::measure_footprint(const accel::Ray& ray, float distance_m, PathState& state) const {
+  const bool from_camera = state.cone.spread < 0.0f;
+  if (from_camera) state.cone = sample_cone(*camera, ray.direction, sample_width);
+  state.cone.width_m = state.cone.width_at(distance_m);
+  RayFootprint footprint{state.cone.width_m, state.bsdf_pdf == 0.0f};
+  if (from_camera) footprint.width_m = first_footprint(*camera, ray, distance_m, state.cone.width_m, sample_width);
+  return footprint;
+}
+
+inline LightQuery PathStages::light_query(const PathInFlight& path, const SurfacePoint& surface, float time,
+                                          SurfaceDraws& sampled) const {
+  sampled.draws = draw_bounce(path.sample.address, path.state.dimension(kDirectionDimension));
+  sampled.light_probabilities =
+      light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
+  return {surface.position,    surface.light_normal(),      sampled.draws.light,
+          sampled.draws.spare, sampled.light_probabilities, time};
+}
+
+inline bool PathStages::count_bounce(Lobe lobe, PathState& state) const {
+  ++state.bounce;
+  bool within = true;
+  switch (lobe) {
+  case Lobe::diffuse: within &= ++state.diffuse_bounces <= settings.max_diffuse_bounces; break;
+  case Lobe::glossy: within &= ++state.glossy_bounces <= settings.max_glossy_bounces; break;
+  case Lobe::transmission: within &= ++state.transmission_bounces <= settings.max_transmission_bounces; break;
+  }
+  within &= state.bounce - state.transmission_bounces <= settings.max_bounces;
+  return within;
+}
+
+inline Rgb PathStages::radiance_of(PathState& state) const {
+  const auto clamped = [](const Rgb& radiance, float largest) {
+    const float peak = max_component(radiance);
+    return peak > largest ? radiance * (largest / peak) : radiance;
+  };
+  if (settings.clamp_direct < kInfinity || settings.clamp_indirect < kInfinity) {
+    state.light[kDirect] = clamped(state.light[kDirect], settings.clamp_direct);
+    state.light[kIndirect] = clamped(state.light[kIndirect], settings.clamp_indirect);
+  }
+  return state.light[kEmission] + state.light[kDirect] + state.light[kIndirect];
+}
+
+} // namespace kindling

@@ -1,0 +1,186 @@
+// Shading of one path: emission, next-event estimation and the next direction.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/stages/path_stages.h"
+#include "renderer/integrator/stages/prepare_path.h"
+#include "renderer/integrator/stages/sample_cone.h"
+#include "renderer/integrator/stages/travel_medium.h"
+#include "renderer/sampling/mis.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace kindling {
+
+template <typename Sink>
+inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                  const SurfaceDraws& sampled, const std::optional<LightSample>& light,
+                                  const PathInFlight& path, Sink& sink) const {
+  PathState& state = path.state;
+  if (state.in_medium && !travel_medium(ray, hit.t, path, sink)) return;
+  sink.arrive(path, &surface);
+  sink.surface_event(ray, hit, surface, state);
+  if (!is_black(surface.emitted)) add_emission(ray, surface, state);
+  if (surface.unlit || (state.emission_only && !surface.has_thin_wall())) {
+    if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, path))
+      continue_through(ray, surface, path, sink);
+    else if (state.bounce == 0 && path.surface)
+      record_surface(ray, surface, nullptr, *path.surface);
+    return;
+  }
+  if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
+      path.media.covered(surface.material)) {
+    pass_boundary(surface, state, path.media);
+    continue_through(ray, surface, path, sink);
+    return;
+  }
+  if (settings.caustics != Caustics::full) regularize(surface, state, path.sample.sample_index);
+  if (surface.layered) {
+    const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
+    const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
+    scatter(ray,
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
+                   sampled, light, &layers},
+            path, sink);
+  } else {
+    const Frame frame = Frame::around(surface.shading_normal);
+    scatter(ray,
+            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), ray.time, sampled, light,
+                   nullptr},
+            path, sink);
+  }
+}
+
+// Inlined at both calls, so that surfaces without layers get code of their own.
+template <typename Sink>
+[[gnu::always_inline]] inline void PathStages::scatter(const accel::Ray& ray, Vertex&& vertex, const PathInFlight& path,
+                                                       Sink& sink) const {
+  const SurfacePoint& surface = vertex.surface;
+  const PathState& state = path.state;
+  const bool reflects = !state.emission_only;
+  if (patches) vertex.bsdf.guide_to(*patches, surface.position);
+  if (sink.records()) vertex.bsdf.find_allowed();
+  if (reflects) light_vertex(vertex, path, sink);
+  // A partly transparent surface emits and reflects in proportion to its coverage; then the path
+  // either scatters from it or passes through.
+  if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, path)) {
+    continue_through(ray, surface, path, sink);
+    return;
+  }
+  if (state.bounce == 0 && path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), *path.surface);
+  if (reflects) sample_bounce(vertex, path, sink);
+}
+
+// Next-event estimation. The contribution is added to the path once its shadow ray is traced.
+template <typename Sink>
+inline void PathStages::light_vertex(const Vertex& vertex, const PathInFlight& path, Sink& sink) const {
+  const SurfacePoint& surface = vertex.surface;
+  const PathState& state = path.state;
+  const std::optional<LightSample>& light = vertex.light;
+  if (!light) return;
+  assert(light->pdf > 0.0f);
+  const float side = light->wi.dot(surface.geometric_normal);
+  if (vertex.layers) {
+    // Shading and geometric normal may disagree on whether the direction is reflected or
+    // transmitted: it carries no light.
+    if ((side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
+  } else if (side <= 0.0f) {
+    return;
+  }
+  const BsdfEval eval = vertex.bsdf.eval(light->wi);
+  if (is_black(eval.value)) return;
+  const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
+  Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
+  if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, path);
+  accel::Ray ray = make_shadow_ray(surface, *light, ray_key(path.sample, state.dimension(kLightDimension)),
+                                   path.sample.address.index, vertex.time);
+  ray.flags = kPassThinWalls;
+  sink.offer_light(vertex, contribution);
+  sink.add_shadow(ray, {contribution, path.slot, state.light_class(state.bounce + 1U)});
+}
+
+template <typename Sink>
+inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const {
+  const SurfacePoint& surface = vertex.surface;
+  PathState& state = path.state;
+  const uint32_t dimension = state.dimension(kDirectionDimension);
+  const std::optional<GuidedBsdf::Sample> scattered =
+      vertex.bsdf.sample(vertex.sampled.draws.choice.y, vertex.sampled.draws.direction);
+  if (!scattered) return;
+  const V3f wi = scattered->wi;
+  assert(scattered->pdf >= 0.0f && std::abs(wi.length2() - 1.0f) < 1e-3f);
+  const bool crosses = scattered->cosine < 0.0f;
+  if ((wi.dot(surface.geometric_normal) < 0.0f) != crosses) return;
+  state.throughput *= scattered->weight;
+  if (is_black(state.throughput)) return;
+  if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
+  if (scattered->pdf > 0.0f) sink.reflect(vertex, *scattered, path);
+
+  // Russian roulette by the square root of the throughput spares paths that may still meet a bright
+  // light.
+  if (state.bounce >= settings.roulette_start_bounce) {
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
+    if (vertex.sampled.draws.roulette >= survival) return;
+    state.throughput /= survival;
+  }
+
+  state.emission_only = !count_bounce(scattered->lobe, state);
+  if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
+  state.cone = scattered_cone(state.cone, scattered->pdf);
+  state.bsdf_pdf = scattered->pdf;
+  state.previous_position = surface.position;
+  state.previous_normal = surface.light_normal();
+  state.light_probabilities = vertex.sampled.light_probabilities;
+  state.transparent_surfaces = 0;
+  if (crosses) cross_boundary(vertex, state, path.media);
+  sink.extend(path, {.origin = offset_ray_origin(surface, wi),
+                     .t_min = 0.0f,
+                     .direction = wi,
+                     .t_max = kInfinity,
+                     .key = ray_key(path.sample, dimension),
+                     .time = vertex.time,
+                     .index = path.sample.address.index,
+                     .flags = kHitPartlyTransparent});
+}
+
+// Continues the same ray behind the surface. The density of its direction is unchanged.
+template <typename Sink>
+inline void PathStages::continue_through(const accel::Ray& ray, const SurfacePoint& surface, const PathInFlight& path,
+                                         Sink& sink) {
+  if (++path.state.transparent_surfaces > kMaxTransparentSurfaces) return;
+  accel::Ray behind = ray;
+  behind.origin = offset_ray_origin(surface, ray.direction);
+  sink.extend(path, behind);
+}
+
+template <typename Sink>
+inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at,
+                                      const PathInFlight& path, Sink& sink) const {
+  PathState& state = path.state;
+  sink.arrive(path, nullptr);
+  if (state.bounce == 0) {
+    if (settings.transparent_background) {
+      state.alpha = 1.0f - (state.throughput.x + state.throughput.y + state.throughput.z) / 3.0f; // through thin walls
+      return;
+    }
+    if (settings.background) {
+      state.light[kEmission] += state.throughput * *settings.background;
+      return;
+    }
+    if (!settings.environment_visible) return;
+  }
+  Rgb radiance;
+  if (state.bsdf_pdf > 0.0f) {
+    const EnvironmentEval environment =
+        world->lights.environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
+    radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
+  } else {
+    radiance = world->lights.environment_radiance(at);
+  }
+  state.light[state.light_class(state.bounce)] += state.throughput * radiance;
+  sink.escaped_event(ray, state);
+}
+
+} // namespace kindling

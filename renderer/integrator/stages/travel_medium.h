@@ -1,0 +1,85 @@
+// The way of one path through a medium, up to its hit: absorption and a random walk.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/elementary.h"
+#include "renderer/integrator/stages/path_stages.h"
+#include "renderer/integrator/stages/sample_cone.h"
+#include "renderer/sampling/warp.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace kindling {
+
+inline constexpr uint32_t kMaxScatterEvents = 1024; // longer walks are absorbed
+inline constexpr uint32_t kFirstRouletteEvent = 16;
+
+// Each event of a walk has its own key for its draws: this one plus its number.
+inline constexpr uint32_t kWalkKey = 0x5ca77e2bU;
+
+[[nodiscard]] inline Rgb exp_negative(const Rgb& optical_depth) {
+  return {elementary::exp(-optical_depth.x), elementary::exp(-optical_depth.y), elementary::exp(-optical_depth.z)};
+}
+
+// Spectral multiple importance sampling: the channel that draws the distance is chosen by the
+// throughput, and the density is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength
+// Spectral Sampling", with three channels).
+template <typename Sink>
+inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, const PathInFlight& path,
+                                      Sink& sink) const {
+  PathState& state = path.state;
+  assert(state.in_medium && !path.media.empty());
+  const Medium& medium = world->medium(*path.media.innermost());
+  if (is_black(medium.scattering)) {
+    state.throughput *= exp_negative(medium.extinction * distance);
+    return !is_black(state.throughput);
+  }
+
+  const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
+  const SampleAddress& address = path.sample.address;
+  const uint32_t key = hash_combine(address.key, kWalkKey + state.scatter_events);
+  const float total = sum(state.throughput);
+  if (!(total > 0.0f)) return false;
+  const Rgb choice = state.throughput / total;
+  const V2f u = Sampler::sample_2d(key, address.index, 0);
+  const unsigned channel = u.x < choice.x ? 0 : u.x < choice.x + choice.y ? 1 : 2;
+  const float chosen = medium.extinction[channel];
+  const float t = chosen > 0.0f ? -elementary::log(1.0f - u.y) / chosen : kInfinity;
+  if (t >= distance) {
+    const Rgb through = exp_negative(medium.extinction * distance);
+    state.throughput *= through / sum(choice * through);
+    return true;
+  }
+
+  const Rgb through = exp_negative(medium.extinction * t);
+  state.throughput *= medium.scattering * through / sum(choice * medium.extinction * through);
+  if (++state.scatter_events > kMaxScatterEvents || is_black(state.throughput)) return false;
+  if (state.scatter_events >= kFirstRouletteEvent) {
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
+    if (Sampler::sample_1d(key, address.index, 1) >= survival) return false;
+    state.throughput /= survival;
+  }
+  sink.arrive(path, nullptr);
+
+  state.bsdf_pdf = 0.0f; // no light sampling inside media
+  state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
+  const V3f position = ray.origin + ray.direction * t;
+  state.previous_position = position;
+  const V3f wi =
+      Frame::around(ray.direction)
+          .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, address.index, 2), medium.scatter_anisotropy));
+  sink.scatter_event(ray, t, position, state);
+  sink.extend(path, {.origin = position,
+                     .t_min = 0.0f,
+                     .direction = wi,
+                     .t_max = kInfinity,
+                     .key = key,
+                     .time = ray.time,
+                     .index = address.index,
+                     .flags = kHitPartlyTransparent});
+  return false;
+}
+
+} // namespace kindling
