@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/accelerator.h"
+#include "accel/ray.h"
 #include "accel/vectors.h"
 
 #include <ImathBox.h>
@@ -78,7 +78,7 @@ class RayToObject {
     return out;
   }
 
-  // Returns an entry of the linear part of the inverse.
+  // Returns an entry of the inverse; row 3 is the translation.
   [[nodiscard]] float entry(int row, int column) const { return rows_[static_cast<size_t>(3 * row + column)]; }
 
  private:

@@ -11,7 +11,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/accelerator.h"
+#include "accel/ray.h"
 
 #include <cassert>
 #include <cmath>
@@ -58,26 +58,40 @@ inline constexpr float kExtentTolerance = 11.0f * 0x1p-24f, kDistanceTolerance =
   return __builtin_fmaf(a, b, -product) + error;
 }
 
+// A corner of a triangle relative to the ray's origin, sheared so that the ray runs along z.
+struct ShearedCorner {
+  float x, y, z;
+
+  // Takes the coordinates in the order kx, ky, kz.
+  ShearedCorner(const RayShear& ray, float px, float py, float pz)
+      : x(px - ray.origin.x), y(py - ray.origin.y), z(pz - ray.origin.z) {
+    x = x - ray.sx * z;
+    y = y - ray.sy * z;
+  }
+};
+
 // Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
 // (see Hit) only then. Callers pass a finite t_max, so that no hit is at infinity.
-[[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
-                                             const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
-                                             float& v) {
-  const float az = p0[ray.kz] - ray.origin.z, bz = p1[ray.kz] - ray.origin.z, cz = p2[ray.kz] - ray.origin.z;
-  const float ax = (p0[ray.kx] - ray.origin.x) - ray.sx * az, ay = (p0[ray.ky] - ray.origin.y) - ray.sy * az;
-  const float bx = (p1[ray.kx] - ray.origin.x) - ray.sx * bz, by = (p1[ray.ky] - ray.origin.y) - ray.sy * bz;
-  const float cx = (p2[ray.kx] - ray.origin.x) - ray.sx * cz, cy = (p2[ray.ky] - ray.origin.y) - ray.sy * cz;
-  const float e0 = difference_of_products(cx, by, cy, bx), e1 = difference_of_products(ax, cy, ay, cx),
-              e2 = difference_of_products(bx, ay, by, ax);
+[[nodiscard]] inline bool intersect_sheared(const ShearedCorner& a, const ShearedCorner& b, const ShearedCorner& c,
+                                            float sz, float t_min, float t_max, float& t, float& u, float& v) {
+  const float e0 = difference_of_products(c.x, b.y, c.y, b.x), e1 = difference_of_products(a.x, c.y, a.y, c.x),
+              e2 = difference_of_products(b.x, a.y, b.y, a.x);
   const bool inside = (e0 >= 0.0f && e1 >= 0.0f && e2 >= 0.0f) || (e0 <= 0.0f && e1 <= 0.0f && e2 <= 0.0f);
   const float det = (e0 + e1) + e2;
   if (!inside || det == 0.0f) return false;
-  const float distance = (((e0 * az + e1 * bz) + e2 * cz) * ray.sz) / det;
+  const float distance = (((e0 * a.z + e1 * b.z) + e2 * c.z) * sz) / det;
   if (!(distance > t_min && distance <= t_max)) return false;
   t = distance;
   u = e1 / det;
   v = e2 / det;
   return true;
+}
+// The same for corners that are not sheared yet.
+[[nodiscard]] inline bool intersect_triangle(const RayShear& ray, const Imath::V3f& p0, const Imath::V3f& p1,
+                                             const Imath::V3f& p2, float t_min, float t_max, float& t, float& u,
+                                             float& v) {
+  const auto sheared = [&](const Imath::V3f& p) { return ShearedCorner(ray, p[ray.kx], p[ray.ky], p[ray.kz]); };
+  return intersect_sheared(sheared(p0), sheared(p1), sheared(p2), ray.sz, t_min, t_max, t, u, v);
 }
 
 // Coordinates beyond this bound count as not finite, since their products would overflow. Embree

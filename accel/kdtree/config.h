@@ -10,10 +10,9 @@
 
 namespace kindling::accel::kd {
 
-// Maximum depth of the binary tree for all presets; sizes the traversal stack.
+// Maximum depth of the binary tree for all presets; with kMaxWideDepth it sizes the traversal
+// stack.
 inline constexpr uint32_t kMaxDepth = 60;
-// Maximum number of wide nodes from the root to a leaf, ensured by the layout.
-inline constexpr uint32_t kMaxWideDepth = 32;
 
 // References that the estimate has to spare, so that small trees are never limited by it.
 inline constexpr uint64_t kSpareReferences = 1U << 17;

@@ -5,18 +5,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/accelerator.h"
-#include "accel/affine.h"
 #include "accel/kdtree/aligned_array.h"
+#include "accel/kdtree/instance_node.h"
 
 #include <ImathBox.h>
+#include <ImathVec.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kindling::accel::kd {
@@ -36,21 +34,18 @@ class InstanceLevel {
   [[nodiscard]] size_t memory_bytes() const { return nodes_.size() * sizeof(Node); }
 
   // For the traversal (kernels/instances.h).
-  static constexpr uint32_t kBoxBit = 0x80000000U;
-  static constexpr uint32_t kNone = 0x7fffffffU;
+  using Node = InstanceNode;
+  static constexpr uint32_t kBoxBit = Node::kBoxBit;
+  static constexpr uint32_t kNone = Node::kNone;
   static constexpr uint32_t kSahDepth = 40; // deeper parts are halved, which bounds the depth and so the stack
-  static constexpr size_t kStackSize = 7 * (kSahDepth + 32) + 9;
-  struct alignas(64) Node {
-    float low[3][8], high[3][8];
-    std::array<uint32_t, 8> child; // node index, kBoxBit and a box index, or kNone
-  };
-  static_assert(sizeof(Node) == 256);
+  static_assert(kSahDepth + 32 == Node::kMaxDepth);
+  static constexpr size_t kStackSize = 7 * Node::kMaxDepth + 9;
   // Returns the distance in world space by which boxes are widened for a ray from this origin.
-  [[nodiscard]] float margin(const Imath::V3f& origin) const {
-    return transform_error(growth_, std::max(std::max(std::fabs(origin.x), std::fabs(origin.y)), std::fabs(origin.z)));
-  }
+  [[nodiscard]] float margin(const Imath::V3f& origin) const { return box_margin(growth_, origin); }
+  [[nodiscard]] float growth() const { return growth_; }
   // Returns a node by index; node 0 is the root.
   [[nodiscard]] const Node& node(uint32_t number) const { return nodes_[number]; }
+  [[nodiscard]] std::span<const Node> nodes() const { return {nodes_.data(), nodes_.size()}; }
 
  private:
   AlignedArray<Node> nodes_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_block.h"
 
+#include "accel/motion.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/deforming/time_slice.h"
 #include "accel/kdtree/reference.h"
 
 #include <ImathVec.h>
@@ -14,22 +15,6 @@
 #include <vector>
 
 namespace kindling::accel::kd {
-
-// An interval of the shutter. Its ends are multiples of a power of two. Within a slice, time is a
-// fraction from 0 to 1.
-struct TimeSlice {
-  float begin = 0.0f, end = 1.0f;
-
-  [[nodiscard]] TimeSlice half(int which) const {
-    const float middle = 0.5f * (begin + end);
-    return which == 0 ? TimeSlice{begin, middle} : TimeSlice{middle, end};
-  }
-  // Exact if the ends are multiples of 1/256.
-  [[nodiscard]] float fraction_of(float time) const {
-    assert(begin < end);
-    return (time - begin) * (1.0f / (end - begin));
-  }
-};
 
 // A moving plane perpendicular to an axis: at fraction f of the slice it is at position +
 // displacement * f.
