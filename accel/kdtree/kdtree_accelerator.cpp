@@ -47,6 +47,7 @@ class KdTreeAccelerator final : public Accelerator {
   }
 
   [[nodiscard]] bool cancelled() const { return cancelled_; }
+  [[nodiscard]] const kd::Structure& structure() const { return structure_; }
 
   [[nodiscard]] Hit intersect(const Ray& ray) const override { return queries_->intersect(structure_, ray); }
   [[nodiscard]] bool occluded(const Ray& ray) const override { return queries_->occluded(structure_, ray); }
@@ -367,6 +368,11 @@ std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOpt
       input, options, kd::PersistentTrees::from(std::move(previous), options.quality));
   if (accelerator->cancelled()) return nullptr;
   return accelerator;
+}
+
+std::unique_ptr<const kd::StructureTables> view_of(const Accelerator& accelerator) {
+  const auto* kdtree = dynamic_cast<const KdTreeAccelerator*>(&accelerator);
+  return kdtree == nullptr ? nullptr : std::make_unique<const kd::StructureTables>(kdtree->structure());
 }
 
 } // namespace kindling::accel

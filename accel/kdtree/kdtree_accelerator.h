@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "accel/kdtree/view_tables.h"
 
 #include <memory>
 
@@ -13,5 +14,10 @@ namespace kindling::accel {
 // in t usually go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
                                                        std::unique_ptr<PersistentStructures> previous = nullptr);
+
+// Returns the view of an accelerator that make_kdtree() built, and null for other kinds. The
+// accelerator must outlive it. Ordinary queries do without the tables, so nothing keeps them: their
+// size is 64 bytes per transformed instance, and little else.
+[[nodiscard]] std::unique_ptr<const kd::StructureTables> view_of(const Accelerator& accelerator);
 
 } // namespace kindling::accel

@@ -2,8 +2,11 @@
 //
 // bench_traversal [--triangles=N] [Google Benchmark's options]; the default is 200000. Names are
 // shape/accelerator/ray kind; the rate is items_per_second. Brute force is left out, since it would
-// take hours.
+// take hours. kdtree_portable and kdtree_compact are single rays through one tree, by plain loops
+// and by the compact queries for GPUs.
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/compact/queries.h"
+#include "accel/kdtree/kdtree_accelerator.h"
 #include "bench/accel/bench_meshes.h"
 
 #include <benchmark/benchmark.h>
@@ -26,6 +29,7 @@ struct Case {
   std::shared_ptr<const BenchScene> scene;
   std::shared_ptr<const RaySets> rays;
   std::shared_ptr<const Accelerator> accelerator;
+  std::shared_ptr<const kd::StructureTables> tables; // of a kd-tree's compact queries
 };
 
 RaySets make_rays(const BenchScene& scene, const Accelerator& accelerator) {
@@ -58,6 +62,20 @@ void single_any(benchmark::State& state, const Case& c, const std::vector<Ray>& 
   count(state, rays);
 }
 
+void compact_nearest(benchmark::State& state, const Case& c, const std::vector<Ray>& rays) {
+  for (auto _ : state)
+    for (const Ray& ray : rays)
+      benchmark::DoNotOptimize(kd::compact::intersect(c.tables->view(), ray, kd::compact::AcceptAll()));
+  count(state, rays);
+}
+
+void compact_any(benchmark::State& state, const Case& c, const std::vector<Ray>& rays) {
+  for (auto _ : state)
+    for (const Ray& ray : rays)
+      benchmark::DoNotOptimize(kd::compact::occluded(c.tables->view(), ray, kd::compact::AcceptAll()));
+  count(state, rays);
+}
+
 void batch_nearest(benchmark::State& state, const Case& c, const std::vector<Ray>& rays, bool coherent) {
   std::vector<Hit> hits(rays.size());
   for (auto _ : state)
@@ -80,10 +98,13 @@ void batch_any(benchmark::State& state, const Case& c, const std::vector<Ray>& r
   count(state, rays);
 }
 
+template <class Run>
+void add_benchmark(const std::string& name, const Run& run) {
+  benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMillisecond)->MinTime(0.2);
+}
+
 void register_case(const std::string& name, const Case& c) {
-  const auto add = [&](const char* what, auto run) {
-    benchmark::RegisterBenchmark((name + '/' + what).c_str(), run)->Unit(benchmark::kMillisecond)->MinTime(0.2);
-  };
+  const auto add = [&](const char* what, auto run) { add_benchmark(name + '/' + what, run); };
   add("camera", [c](benchmark::State& s) { single_nearest(s, c, c.rays->camera); });
   add("camera_coherent", [c](benchmark::State& s) { batch_nearest(s, c, c.rays->camera, true); });
   if (c.rays->diffuse1.size() < kBatch) return;
@@ -95,6 +116,21 @@ void register_case(const std::string& name, const Case& c) {
   }
   add("ambient_occlusion", [c](benchmark::State& s) { single_any(s, c, c.rays->ambient_occlusion); });
   add("ambient_occlusion_batch", [c](benchmark::State& s) { batch_any(s, c, c.rays->ambient_occlusion); });
+}
+
+// Registers single rays by plain loops and by the compact queries, in turn.
+void register_compact(const std::string& name, Case c) {
+  BuildOptions options;
+  options.simd = SimdTarget::portable;
+  c.accelerator = make_accelerator(Kind::kdtree, c.scene->input(), options);
+  c.tables = view_of(*c.accelerator);
+  const auto add = [&](const char* what, auto portable, auto compact, std::vector<Ray> RaySets::*rays) {
+    add_benchmark(name + "/kdtree_portable/" + what, [=](benchmark::State& s) { portable(s, c, (*c.rays).*rays); });
+    add_benchmark(name + "/kdtree_compact/" + what, [=](benchmark::State& s) { compact(s, c, (*c.rays).*rays); });
+  };
+  add("camera", single_nearest, compact_nearest, &RaySets::camera);
+  add("diffuse1", single_nearest, compact_nearest, &RaySets::diffuse1);
+  add("ambient_occlusion", single_any, compact_any, &RaySets::ambient_occlusion);
 }
 
 void register_all(size_t triangles) {
@@ -110,6 +146,7 @@ void register_all(size_t triangles) {
         if (c.rays == nullptr) c.rays = std::make_shared<RaySets>(make_rays(*c.scene, *c.accelerator));
         register_case(shape_name(shape) + '/' + std::string(kind_name(kind)) + (robust ? "" : "_not_robust"), c);
       }
+    register_compact(shape_name(shape), c);
   }
 }
 

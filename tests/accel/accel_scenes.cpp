@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/accel/accel_scenes.h"
 
+#include "tests/accel/compact_copy.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -314,12 +316,14 @@ std::string simd_label(const ::testing::TestParamInfo<SimdTarget>& info) {
 std::vector<Kernels> all_kernels() {
   std::vector<Kernels> kernels = {{Kind::brute_force, std::nullopt}};
   for (const SimdTarget simd : embree_simd_targets()) kernels.push_back({Kind::embree, simd});
+  kernels.push_back({Kind::kdtree, std::nullopt, true});
   for (const SimdTarget simd : simd_targets()) kernels.push_back({Kind::kdtree, simd});
   return kernels;
 }
 
 std::string kernels_label(const ::testing::TestParamInfo<Kernels>& info) {
   const std::string kind = kind_label({info.param.kind, info.index});
+  if (info.param.compact) return kind + "_compact";
   return info.param.simd ? kind + "_" + simd_label({*info.param.simd, info.index}) : kind;
 }
 
@@ -329,7 +333,8 @@ std::unique_ptr<Accelerator> build(Kind kind, const TestScene& scene, BuildOptio
 
 std::unique_ptr<Accelerator> build(const Kernels& kernels, const TestScene& scene, BuildOptions options) {
   options.simd = kernels.simd;
-  return make_accelerator(kernels.kind, scene.input(), options);
+  auto accelerator = make_accelerator(kernels.kind, scene.input(), options);
+  return kernels.compact ? with_compact_queries(std::move(accelerator)) : std::move(accelerator);
 }
 
 } // namespace kindling::accel::testing

@@ -122,6 +122,7 @@ inline constexpr Kind kAllKinds[] = {Kind::brute_force, Kind::embree, Kind::kdtr
 struct Kernels {
   Kind kind = Kind::brute_force;
   std::optional<SimdTarget> simd; // none for brute force
+  bool compact = false;           // a kd-tree's compact queries (accel/kdtree/compact)
 };
 // Returns all kernels that this processor supports, best last for each kind.
 [[nodiscard]] std::vector<Kernels> all_kernels();

@@ -3,6 +3,7 @@
 #include "tests/accel/fuzz_scenes.h"
 
 #include "accel/rounding.h"
+#include "tests/accel/compact_copy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -337,6 +338,7 @@ void Comparison::fail(const Ray& ray, const std::string& what, const Hit& expect
 
 void compare(const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays, size_t batch,
              Comparison& comparison) {
+  const CompactCopy compact(tested);
   std::vector<Hit> hits, coherent;
   std::vector<uint8_t> blocked, blocked_coherent;
   for (size_t first = 0; first < rays.size(); first += batch) {
@@ -358,6 +360,9 @@ void compare(const Accelerator& oracle, const Accelerator& tested, std::span<con
       comparison.hits += expected.is_hit() ? 1 : 0;
       const uint8_t is_blocked = expected.is_hit() ? 1 : 0;
       if (!same(found, expected)) comparison.fail(ray, "single", expected, found);
+      const Hit by_compact = compact.intersect(ray);
+      if (!same(by_compact, expected)) comparison.fail(ray, "compact", expected, by_compact);
+      if (compact.occluded(ray) != expected.is_hit()) comparison.fail(ray, "compact any hit", expected, found);
       if (!same(hits[i], expected)) comparison.fail(ray, "batch", expected, hits[i]);
       if (!same(coherent[i], expected)) comparison.fail(ray, "coherent", expected, coherent[i]);
       if (oracle.occluded(ray) != expected.is_hit()) comparison.fail(ray, "any hit of the oracle", expected, found);

@@ -44,8 +44,8 @@ struct Comparison {
   void fail(const Ray& ray, const std::string& what, const Hit& expected, const Hit& found);
 };
 
-// Compares all queries: single, batches of `batch` rays, coherent, any hit. All must equal the
-// oracle's answer bit for bit.
+// Compares all queries of a kd-tree: single, batches of `batch` rays, coherent, compact, any hit.
+// All must equal the oracle's answer bit for bit.
 void compare(const Accelerator& oracle, const Accelerator& tested, std::span<const Ray> rays, size_t batch,
              Comparison& comparison);
 

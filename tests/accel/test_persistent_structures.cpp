@@ -1,7 +1,9 @@
 // Tests of persistent structures: split worlds, reuse by the next build, and no wrong reuse.
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/kdtree_accelerator.h"
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/agreement.h"
+#include "tests/accel/compact_copy.h"
 
 #include <gtest/gtest.h>
 
@@ -85,6 +87,13 @@ std::vector<Ray> rays_through(const TestScene& scene, size_t count) {
   return rays;
 }
 
+size_t different(const std::vector<Hit>& a, const std::vector<Hit>& b) {
+  size_t count = 0;
+  for (size_t i = 0; i < a.size(); ++i)
+    count += a[i].is_hit() != b[i].is_hit() || (a[i].is_hit() && std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0) ? 1 : 0;
+  return count;
+}
+
 struct Answers {
   std::vector<Hit> single, batch, coherent;
   std::vector<uint8_t> blocked, blocked_batch, blocked_coherent;
@@ -99,15 +108,22 @@ struct Answers {
     accelerator.occluded(rays, blocked_batch);
     accelerator.intersect_coherent(rays, coherent);
     accelerator.occluded_coherent(rays, blocked_coherent);
+    if (view_of(accelerator) != nullptr) expect_same_by_compact_queries(accelerator, rays);
+  }
+
+ private:
+  void expect_same_by_compact_queries(const Accelerator& accelerator, const std::vector<Ray>& rays) const {
+    const CompactCopy queries(accelerator);
+    std::vector<Hit> compact;
+    std::vector<uint8_t> blocked_compact;
+    for (const Ray& ray : rays) {
+      compact.push_back(queries.intersect(ray));
+      blocked_compact.push_back(queries.occluded(ray) ? 1 : 0);
+    }
+    EXPECT_EQ(different(compact, single), 0U);
+    EXPECT_EQ(blocked_compact, blocked);
   }
 };
-
-size_t different(const std::vector<Hit>& a, const std::vector<Hit>& b) {
-  size_t count = 0;
-  for (size_t i = 0; i < a.size(); ++i)
-    count += a[i].is_hit() != b[i].is_hit() || (a[i].is_hit() && std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0) ? 1 : 0;
-  return count;
-}
 
 void expect_same(const Answers& a, const Answers& b) {
   EXPECT_EQ(different(a.single, b.single), 0U);
