@@ -50,7 +50,7 @@ Strata strata_for(uint32_t samples) {
   const auto side = static_cast<uint32_t>(root + 1e-9); // exact for all squares up to 2^30
   for (uint32_t columns = side; columns > 0 && samples <= 2 * columns * columns; --columns)
     if (samples % columns == 0) return {columns, samples / columns};
-  const uint32_t columns = std::max(static_cast<uint32_t>(std::lround(root)), 1U);
+  const uint32_t columns = std::max(static_cast<uint32_t>(root + 0.5), 1U);
   return {columns, std::max((samples + columns - 1) / columns, 1U)};
 }
 

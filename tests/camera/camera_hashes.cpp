@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/aperture.cpp"
 #include "renderer/camera/camera.cpp"
+#include "renderer/camera/camera_rays.cpp"
 #include "tests/base/result_hash.h"
 
 #include <array>

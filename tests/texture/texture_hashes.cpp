@@ -6,6 +6,7 @@
 #include "renderer/texture/mip_levels.cpp"
 #include "renderer/texture/noise.cpp"
 #include "renderer/texture/texture.cpp"
+#include "renderer/texture/texture_lookup.cpp"
 #include "tests/base/result_hash.h"
 
 #include <array>
