@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compiles the sources that paths run through for NVIDIA GPUs, by clang alone, and looks through the PTX.
+"""Compiles the sources that paths run through for NVIDIA GPUs, and looks through the PTX.
 
 usage: path_sources.py CLANG ROOT [INCLUDE]...
 CLANG is clang++-19, ROOT the repository, INCLUDE folders of headers. Each source must compile as it stands. Checked are
