@@ -11,7 +11,7 @@ namespace kindling::accel {
 
 // Returns null only if cancelled; throws std::bad_alloc if memory runs out. Parallel in the
 // caller's TBB arena. The result, and so every answer, is the same for any number of threads. Ties
-// in t usually go to the smallest (instance, mesh, triangle).
+// in t go to the smallest (instance, mesh, triangle).
 [[nodiscard]] std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOptions& options,
                                                        std::unique_ptr<PersistentStructures> previous = nullptr);
 

@@ -141,8 +141,7 @@ TEST_P(ReusedStructures, SplitWorldsMatchOracle) {
   if (GetParam() == Kind::brute_force) return;
   const TestScene scene = mixed_scene();
   const auto oracle = build(Kind::brute_force, Input(scene));
-  constexpr size_t kRandomRays = 600; // the first rays
-  const std::vector<Ray> rays = rays_through(scene, kRandomRays);
+  const std::vector<Ray> rays = rays_through(scene, 600);
   const auto whole = build(GetParam(), Input(scene));
   const Answers expected(*oracle, rays), in_one(*whole, rays);
   for (uint32_t division = 0; division < 32; ++division) {
@@ -161,14 +160,8 @@ TEST_P(ReusedStructures, SplitWorldsMatchOracle) {
       EXPECT_EQ(answers.blocked[i] != 0, answers.single[i].is_hit());
     }
     if (GetParam() != Kind::kdtree) continue;
-    // For a ray exactly through a vertex, as some axis-parallel ones are, the reported neighbor
-    // depends on the tree.
     EXPECT_EQ(answers.blocked, in_one.blocked);
-    for (size_t i = 0; i < rays.size(); ++i) {
-      EXPECT_EQ(answers.single[i].is_hit() ? answers.single[i].t : -1.0f,
-                in_one.single[i].is_hit() ? in_one.single[i].t : -1.0f);
-      EXPECT_EQ(i < kRandomRays ? different({answers.single[i]}, {in_one.single[i]}) : 0U, 0U);
-    }
+    EXPECT_EQ(different(answers.single, in_one.single), 0U);
   }
 }
 
