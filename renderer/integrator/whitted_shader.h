@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/path_state.h"
 #include "renderer/integrator/stages/sample_cone.h"
 #include "renderer/integrator/whitted_settings.h"
 #include "renderer/integrator/whitted_vertex.h"
