@@ -237,7 +237,9 @@ TEST(LightSet, SelectionFollowsIrradianceAtPoint) {
     }
     return seen;
   };
-  const auto probability_of_first = [&](const V3f& normal) { return lights.sample({0, 0, 0}, normal, 0.0f, {})->pdf; };
+  const auto probability_of_first = [&](const V3f& normal) {
+    return lights.sample({0, 0, 0}, normal, 0.0f, V2f(0.0f))->pdf;
+  };
   // Straight up: the third is below the horizon except for a rounding margin of 0.01 lux, which has
   // the floor of 1/19.
   EXPECT_NEAR(probability_of_first({0, 1, 0}), 1.0f / (1.5f + 1.0f / 19.0f), 0.01f);
