@@ -1,32 +1,21 @@
-// Functions with one instance for each texel layout.
+// The choice of a function with one instance for each texel layout.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/texture/texel_fetch.h"
 
-#include <array>
 #include <cassert>
 #include <cstdint>
-#include <utility>
 
 namespace kindling::texture_detail {
-
-// Returns the results of `pick.operator()<Reader>()` for all layouts, indexed by make_layout().
-template <typename Pick>
-constexpr auto for_each_layout(const Pick& pick) {
-  return [&]<size_t... kLayouts>(std::index_sequence<kLayouts...>) {
-    return std::array{pick.template operator()<ReaderOfLayout<kLayouts>>()...};
-  }
-  (std::make_index_sequence<kLayoutCount>());
-}
 
 // Returns f.operator()<Reader>() for a layout. A switch, because devices have no pointers to
 // functions.
 template <typename F>
 [[gnu::always_inline]] inline auto with_layout(uint8_t layout, const F& f) {
 #define KINDLING_LAYOUT(n)                                                                                             \
-  case n:                                                                                                              \
-    return f.template operator()<ReaderOfLayout<n>>();
+  case (n):                                                                                                            \
+    return f.template operator()<ReaderOfLayout<(n)>>();
 #define KINDLING_FOUR_LAYOUTS(n)                                                                                       \
   KINDLING_LAYOUT(n) KINDLING_LAYOUT((n) + 1) KINDLING_LAYOUT((n) + 2) KINDLING_LAYOUT((n) + 3)
   switch (layout) {

@@ -12,9 +12,9 @@
 namespace kindling {
 namespace {
 
-using texture_detail::for_each_layout;
 using texture_detail::make_layout;
 using texture_detail::store_texel;
+using texture_detail::with_layout;
 
 // Weight of a texel beyond its alpha, so that the color of a fully transparent mean is the plain
 // mean.
@@ -46,11 +46,11 @@ void encode_row(const Float4* row, size_t count, std::byte* texels) {
 }
 
 RowCode row_code(const Image& format, TextureContent content) {
-  static constexpr auto kCodes = for_each_layout([]<typename Reader>() {
-    return RowCode{&decode_row<Reader>, &encode_row<Reader>};
-  });
   const bool color = content == TextureContent::color || content == TextureContent::cutout_color;
-  return kCodes[make_layout(format.type, format.channels, color && texture_detail::is_integer(format.type))];
+  return with_layout(make_layout(format.type, format.channels, color && texture_detail::is_integer(format.type)),
+                     []<typename Reader>() {
+                       return RowCode{&decode_row<Reader>, &encode_row<Reader>};
+                     });
 }
 
 class Pyramid {

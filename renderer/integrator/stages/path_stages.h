@@ -47,15 +47,17 @@ struct ShadowRecord {
 //   LightSetView::sample   a light
 //   shade_hit()            emission, the contribution of the light sample, and the next ray
 //   shade_escaped()        instead of these: light from beyond the scene
-//   add_light()            adds a contribution whose shadow ray meets nothing
-//   pass_thin_wall()       before that, where a shadow ray meets a thin wall
+//   pass_thin_wall()       a thin wall on the way of a shadow ray that nothing else blocks
+//   add_light()            the contribution of an unblocked shadow ray
 //
 // Stages hand their results to a sink:
 //
-//   void extend(const PathInFlight&, const accel::Ray&)            the path continues with this ray
+//   void extend(const PathInFlight&, const accel::Ray&)           the path continues with this ray
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
-//   bool records() const, and arrive(), reflect(), offer_light()  for the training of a guide
-//   void event(...)                                               for the replay of a sample
+//   records(), arrive(), reflect(), offer_light()                 for the training of a guide
+//   surface_event(), scatter_event(), escaped_event()             for the replay of a sample
+//
+// batch_sink.h has one with all of them.
 struct PathStages {
   // The layers of a surface as one path meets them. A path that is refracted takes on the
   // wavelength, and the weight too if it had no wavelength before.
