@@ -16,6 +16,37 @@ namespace kindling {
 //
 // All classes are plain records of 64-bit words, lowest word first, in two's complement.
 
+// Rounds to nearest, ties to even; |x| < 2^63. std::llrint() is one instruction of processors, and
+// missing on GPUs.
+[[nodiscard]] inline int64_t round_to_int64(double x) {
+#if defined(__NVPTX__) || defined(__AMDGCN__)
+  return static_cast<int64_t>(__builtin_nearbyint(x));
+#else
+  return std::llrint(x);
+#endif
+}
+
+// Returns the nearest double of a 128-bit number in two's complement, ties to even. GPUs have no
+// conversion of that size.
+[[nodiscard]] inline double nearest_double(uint64_t low, uint64_t high) {
+  const bool negative = (high >> 63) != 0;
+  if (negative) {
+    low = ~low + 1;
+    high = ~high + (low == 0 ? 1 : 0);
+  }
+  double magnitude = static_cast<double>(low);
+  if (high != 0) {
+    // The highest 64 bits, the last of which is set if any bit below them is: a double has
+    // 53, so it is rounded as the whole number would be.
+    const int above = std::countl_zero(high);
+    const uint64_t top = above == 0 ? high : high << above | low >> (64 - above);
+    const uint64_t rest = low << above;
+    const double scale = std::bit_cast<double>(static_cast<uint64_t>(1023 + 64 - above) << 52); // 2^(64 - above)
+    magnitude = static_cast<double>(top | (rest != 0 ? 1U : 0U)) * scale;
+  }
+  return negative ? -magnitude : magnitude;
+}
+
 // A signed 128-bit sum of terms within +-2^kRangeBits, in multiples of 2^-kFractionBits.
 template <int kFractionBits, int kRangeBits, int kCountBits = 32>
 class ExactSum {
@@ -26,17 +57,23 @@ class ExactSum {
 
   void add(double x) {
     if (std::abs(x) < kOneStep) [[likely]]
-      add_bits(static_cast<UInt128>(static_cast<Int128>(std::llrint(x * kFractionScale))));
+      add_bits(static_cast<UInt128>(static_cast<Int128>(round_to_int64(x * kFractionScale))));
     else
       add_large(x);
   }
   void add(const ExactSum& other) { add_bits(other.bits()); }
+  // add() for several threads at once. A sum wraps at 2^64, and one thread sees it wrap.
+  void add_atomically(double x) {
+    ExactSum term;
+    term.add(x);
+    const uint64_t before = __atomic_fetch_add(&low_, term.low_, __ATOMIC_RELAXED);
+    const uint64_t carry = before + term.low_ < before ? 1 : 0;
+    __atomic_fetch_add(&high_, term.high_ + carry, __ATOMIC_RELAXED);
+  }
   void subtract(const ExactSum& other) { add_bits(-other.bits()); }
 
   // Returns the nearest double.
-  [[nodiscard]] double value() const {
-    return static_cast<double>(static_cast<Int128>(bits())) * (1.0 / kFractionScale);
-  }
+  [[nodiscard]] double value() const { return nearest_double(low_, high_) * (1.0 / kFractionScale); }
   bool operator==(const ExactSum&) const = default;
 
  private:
@@ -70,7 +107,7 @@ class ExactSum {
     const double coarse = std::nearbyint(x * kCoarseScale);
     const double rest = x - coarse * (1.0 / kCoarseScale);
     const auto term = static_cast<UInt128>(static_cast<Int128>(static_cast<int64_t>(coarse))) << kRestBits;
-    add_bits(term + static_cast<UInt128>(static_cast<Int128>(std::llrint(rest * kFractionScale))));
+    add_bits(term + static_cast<UInt128>(static_cast<Int128>(round_to_int64(rest * kFractionScale))));
   }
 
   uint64_t low_ = 0;
@@ -86,7 +123,7 @@ class ExactSmallSum {
   void add(double x) {
     if (!(std::abs(x) <= kLargestTerm)) [[unlikely]]
       x = x > 0.0 ? kLargestTerm : x < 0.0 ? -kLargestTerm : 0.0;
-    bits_ += static_cast<uint64_t>(std::llrint(x * kFractionScale));
+    bits_ += static_cast<uint64_t>(round_to_int64(x * kFractionScale));
   }
   void add(const ExactSmallSum& other) { bits_ += other.bits_; }
   void subtract(const ExactSmallSum& other) { bits_ -= other.bits_; }

@@ -16,29 +16,34 @@ namespace {
 constexpr size_t kOutsidePoints = 232;
 constexpr size_t kInsidePoints = 376;
 
-using PointValues = std::array<float, kInsidePoints>;
-
 // Azimuths of a Fibonacci spiral: turns i times the golden ratio.
 struct Spiral {
-  PointValues cos, sin;
+  std::array<float, kInsidePoints> cos, sin;
 };
-Spiral make_spiral() {
-  Spiral spiral;
+constexpr Spiral make_spiral() {
+  Spiral spiral{};
   for (size_t i = 0; i < kInsidePoints; ++i) {
     const double turns = static_cast<double>(i) * std::numbers::phi;
-    const SinCos azimuth = sincos_turns(static_cast<float>(turns - std::floor(turns)));
+    const SinCos azimuth = sincos_turns(static_cast<float>(turns - static_cast<double>(static_cast<int32_t>(turns))));
     spiral.cos[i] = azimuth.cos;
     spiral.sin[i] = azimuth.sin;
   }
   return spiral;
 }
-const Spiral kSpiral = make_spiral();
+constexpr Spiral kSpiral = make_spiral();
 
-// Adds up in eight lanes: the same order on every machine, however wide its vectors are.
-float sum_of(const PointValues& values, size_t count) {
-  std::array<float, 8> lanes = {};
-  for (size_t i = 0; i < count; i += 8)
-    for (size_t lane = 0; lane < 8; ++lane) lanes[lane] += values[i + lane];
+// Sums are added up in eight lanes: the same order on every machine, however wide its vectors are.
+constexpr size_t kLanes = 8;
+using Lanes = std::array<float, kLanes>;
+static_assert(kOutsidePoints % kLanes == 0 && kInsidePoints % kLanes == 0);
+
+template <size_t kSize>
+void add_block(const std::array<float, kSize>& values, size_t count, Lanes& lanes) {
+  for (size_t i = 0; i < count; i += kLanes)
+    for (size_t lane = 0; lane < kLanes; ++lane) lanes[lane] += values[i + lane];
+}
+
+float sum_of(const Lanes& lanes) {
   return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
@@ -64,45 +69,58 @@ InterfaceIntegrals anisotropic_interface(const V3f& wo, float alpha_x, float alp
     return mu_i > 0.0f ? g : 0.0f;
   };
 
-  PointValues total, reflected, reflected_f, transmitted, transmitted_f;
-  for (size_t i = 0; i < points; ++i) {
-    const float height = (static_cast<float>(static_cast<int32_t>(i)) + 0.5f) * step; // 1 - z on the cap
-    const float radius = std::sqrt(std::max(height * (2.0f - height), 0.0f));
-    const float x = alpha_x * (radius * kSpiral.cos[i] + cap.x);
-    const float y = alpha_y * (radius * kSpiral.sin[i] + cap.y);
-    const float z = std::max(1.0f - height + cap.z, 1e-9f);
-    const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
-    const float hx = x * scale;
-    const float hy = y * scale;
-    const float hz = z * scale;
-    const float cos_o = std::max(wo.x * hx + wo.y * hy + wo.z * hz, 0.0f);
+  // Blocks of points rather than eight at a time: compilers make vectors of whole loops.
+  constexpr size_t kBlock = 8 * kLanes;
+  using Values = std::array<float, kBlock>;
+  Values total, reflected, reflected_f, transmitted, transmitted_f;
+  std::array<Lanes, 5> sums{};
+  for (size_t first = 0; first < points; first += kBlock) {
+    const size_t count = std::min(kBlock, points - first);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t i = first + k;
+      const float height = (static_cast<float>(static_cast<int32_t>(i)) + 0.5f) * step; // 1 - z on the cap
+      const float radius = std::sqrt(std::max(height * (2.0f - height), 0.0f));
+      const float x = alpha_x * (radius * kSpiral.cos[i] + cap.x);
+      const float y = alpha_y * (radius * kSpiral.sin[i] + cap.y);
+      const float z = std::max(1.0f - height + cap.z, 1e-9f);
+      const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
+      const float hx = x * scale;
+      const float hy = y * scale;
+      const float hz = z * scale;
+      const float cos_o = std::max(wo.x * hx + wo.y * hy + wo.z * hz, 0.0f);
 
-    const float rx = 2.0f * cos_o * hx - wo.x;
-    const float ry = 2.0f * cos_o * hy - wo.y;
-    const float rz = 2.0f * cos_o * hz - wo.z;
-    const float reflection = shadowing(rz, x2 * rx * rx + y2 * ry * ry + rz * rz);
+      const float rx = 2.0f * cos_o * hx - wo.x;
+      const float ry = 2.0f * cos_o * hy - wo.y;
+      const float rz = 2.0f * cos_o * hz - wo.z;
+      const float reflection = shadowing(rz, x2 * rx * rx + y2 * ry * ry + rz * rz);
 
-    const float cos2_t = 1.0f - (1.0f - cos_o * cos_o) * inverse2;
-    const float cos_t = std::sqrt(std::max(cos2_t, 0.0f));
-    const float along = cos_o * inverse - cos_t;
-    const float tx = along * hx - bent.x;
-    const float ty = along * hy - bent.y;
-    const float tz = bent.z - along * hz; // below the surface
-    const float refraction = shadowing(tz, x2 * tx * tx + y2 * ty * ty + tz * tz);
-    const float parallel = (eta * cos_o - cos_t) / (eta * cos_o + cos_t);
-    const float perpendicular = (cos_o - eta * cos_t) / (cos_o + eta * cos_t);
-    const float f = 0.5f * (parallel * parallel + perpendicular * perpendicular);
+      const float cos2_t = 1.0f - (1.0f - cos_o * cos_o) * inverse2;
+      const float cos_t = std::sqrt(std::max(cos2_t, 0.0f));
+      const float along = cos_o * inverse - cos_t;
+      const float tx = along * hx - bent.x;
+      const float ty = along * hy - bent.y;
+      const float tz = bent.z - along * hz; // below the surface
+      const float refraction = shadowing(tz, x2 * tx * tx + y2 * ty * ty + tz * tz);
+      const float parallel = (eta * cos_o - cos_t) / (eta * cos_o + cos_t);
+      const float perpendicular = (cos_o - eta * cos_t) / (cos_o + eta * cos_t);
+      const float f = 0.5f * (parallel * parallel + perpendicular * perpendicular);
 
-    const bool through = cos2_t > 0.0f;
-    total[i] = through ? 0.0f : reflection;
-    reflected[i] = through ? reflection : 0.0f;
-    reflected_f[i] = through ? f * reflection : 0.0f;
-    transmitted[i] = through ? refraction : 0.0f;
-    transmitted_f[i] = through ? f * refraction : 0.0f;
+      const bool through = cos2_t > 0.0f;
+      total[k] = through ? 0.0f : reflection;
+      reflected[k] = through ? reflection : 0.0f;
+      reflected_f[k] = through ? f * reflection : 0.0f;
+      transmitted[k] = through ? refraction : 0.0f;
+      transmitted_f[k] = through ? f * refraction : 0.0f;
+    }
+    add_block(total, count, sums[0]);
+    add_block(reflected, count, sums[1]);
+    add_block(reflected_f, count, sums[2]);
+    add_block(transmitted, count, sums[3]);
+    add_block(transmitted_f, count, sums[4]);
   }
   const float weight = 1.0f / static_cast<float>(points);
-  return {sum_of(total, points) * weight, sum_of(reflected, points) * weight, sum_of(reflected_f, points) * weight,
-          sum_of(transmitted, points) * weight, sum_of(transmitted_f, points) * weight};
+  return {sum_of(sums[0]) * weight, sum_of(sums[1]) * weight, sum_of(sums[2]) * weight, sum_of(sums[3]) * weight,
+          sum_of(sums[4]) * weight};
 }
 
 } // namespace kindling

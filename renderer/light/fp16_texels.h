@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/half_float.h"
 #include "renderer/base/math.h"
 
 #include <half.h>
@@ -22,14 +23,6 @@ struct alignas(8) Fp16Texel {
   uint16_t weight = 0; // of the sampling density; interpolated like the color
 };
 static_assert(sizeof(Fp16Texel) == 8);
-
-[[nodiscard]] inline float half_to_float(uint16_t bits) {
-#ifdef __F16C__
-  return _cvtsh_ss(bits);
-#else
-  return imath_half_to_float(bits);
-#endif
-}
 
 // Rounds to nearest, ties to even.
 [[nodiscard]] inline uint16_t float_to_half(float value) { return imath_float_to_half(value); }

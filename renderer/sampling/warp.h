@@ -23,8 +23,8 @@ struct SinCos {
 
 // Returns the sine and cosine of 2 pi turns, for |turns| < 2^20. Polynomials with an error below
 // 1e-7 give the same bits on every machine, unlike the C library.
-[[nodiscard]] inline SinCos sincos_turns(float turns) {
-  assert(!(std::abs(turns) >= 0x1p20f));
+[[nodiscard]] constexpr SinCos sincos_turns(float turns) {
+  assert(!(turns >= 0x1p20f || turns <= -0x1p20f));
   // The sum with this is rounded to an integer, whose lowest bits are those of the sum.
   constexpr float kRounder = 0x1.8p23f;
   const float rounded = turns * 4.0f + kRounder;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/half_float.h"
 #include "renderer/base/simd_types.h"
 #include "renderer/image/image.h"
 #include "renderer/texture/srgb.h"
@@ -10,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <half.h>
 
 #if defined(__SSE4_1__)
 #include <immintrin.h>
@@ -60,7 +60,7 @@ struct TexelReader {
       if constexpr (kSrgb) return alpha ? static_cast<float>(stored) * (1.0f / 65535.0f) : decode_srgb_u16(stored);
       return static_cast<float>(stored);
     } else if constexpr (kType == PixelType::f16) {
-      return static_cast<float>(load<Imath::half>(at));
+      return half_to_float(load<uint16_t>(at));
     } else {
       return load<float>(at);
     }

@@ -49,6 +49,26 @@ void expect_order_independent(std::vector<double> terms) {
   }
 }
 
+// The compiler's own conversion is the reference: numbers of all lengths, ties, and their
+// neighbors.
+TEST(ExactSum, NearestDoubleOfEveryLengthAndTie) {
+  __extension__ using UInt128 = unsigned __int128;
+  std::mt19937_64 random(5);
+  const auto check = [](UInt128 bits) {
+    const double expected = static_cast<double>(static_cast<Int128>(bits));
+    ASSERT_EQ(nearest_double(static_cast<uint64_t>(bits), static_cast<uint64_t>(bits >> 64)), expected);
+  };
+  for (int i = 0; i < 200000; ++i) {
+    const UInt128 any = (static_cast<UInt128>(random()) << 64 | random()) >> (random() % 128);
+    const int shift = static_cast<int>(random() % 74);
+    const UInt128 tie = static_cast<UInt128>((random() >> 11) * 2 + 1) << shift; // 54 bits, the last one set
+    for (const UInt128 bits : {any, ~any, tie, tie + 1, tie - 1, ~tie + 1}) check(bits);
+  }
+  for (int shift = 0; shift < 128; ++shift) check(static_cast<UInt128>(1) << shift);
+  check(0);
+  check(~static_cast<UInt128>(0));
+}
+
 TEST(ExactSum, IsIndependentOfOrder) {
   expect_order_independent<Sum>(random_terms(2000, -70, 40, true));
   expect_order_independent<ExactSum<64, 52, 11>>(random_terms(2000, -80, 52, true));
