@@ -366,6 +366,7 @@ ProceduralTexture::ProceduralTexture(const ProceduralGraph& graph, size_t output
              .footprints = arrays_.keep(std::move(compiled.program.footprints)),
              .frequencies = arrays_.keep(std::move(compiled.program.frequencies)),
              .result = compiled.program.result,
+             .register_count = compiled.program.register_count,
              .filters_itself = compiled.program.filters_itself};
   streams = arrays_.keep(std::move(compiled.streams));
   channels = channels_of(graph.outputs[output].type);

@@ -5,6 +5,7 @@
 #include "renderer/base/elementary.h"
 #include "renderer/base/hash.h"
 #include "renderer/texture/noise.h"
+#include "renderer/texture/procedural_registers.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,30 +18,6 @@ namespace kindling {
 namespace {
 
 using Op = ProceduralOp;
-
-size_t operand_count(Op op) {
-  switch (op) {
-  case Op::stream: return 0;
-  case Op::add:
-  case Op::subtract:
-  case Op::multiply:
-  case Op::divide:
-  case Op::modulo:
-  case Op::power:
-  case Op::atan2:
-  case Op::min:
-  case Op::max:
-  case Op::dot:
-  case Op::cross: return 2;
-  case Op::mix:
-  case Op::smoothstep: return 3;
-  case Op::greater:
-  case Op::greater_equal:
-  case Op::equal:
-  case Op::swizzle: return 4;
-  default: return 1;
-  }
-}
 
 // Returns true for patterns over all of space, which have filters of their own.
 bool is_pattern(const ProceduralInstruction& instruction) {
@@ -327,6 +304,7 @@ ProceduralProgram ProceduralEmitter::finish(int16_t result) {
   remove_dead_code(result);
   mark_filters();
   program_.result = result;
+  assign_registers(program_);
   return std::move(program_);
 }
 

@@ -288,17 +288,15 @@ Float4 run(const ProceduralInstruction& instruction, const std::array<Float4, 4>
 }
 
 Float4 run(const ProceduralProgramView& program, const ProceduralPoint& point, std::span<const TextureView> textures) {
-  assert(program.instructions.size() <= kMaxProceduralInstructions);
-  std::array<Float4, kMaxProceduralInstructions> values; // uninitialized, so the unused rest costs nothing
+  assert(program.register_count <= static_cast<int16_t>(kMaxProceduralRegisters));
+  std::array<Float4, kMaxProceduralRegisters> values; // uninitialized, so the unused rest costs nothing
   const auto value_of = [&](int16_t operand) {
     return operand >= 0 ? values[static_cast<size_t>(operand)] : program.constants[static_cast<size_t>(~operand)];
   };
-  const size_t count = program.instructions.size();
-  for (size_t k = 0; k < count; ++k) {
-    const ProceduralInstruction& instruction = program.instructions[k];
+  for (const ProceduralInstruction& instruction : program.instructions) {
     const std::array<Float4, 4> operands = {value_of(instruction.operands[0]), value_of(instruction.operands[1]),
                                             value_of(instruction.operands[2]), value_of(instruction.operands[3])};
-    values[k] = run(instruction, operands, program, point, textures);
+    values[static_cast<size_t>(instruction.target)] = run(instruction, operands, program, point, textures);
   }
   return value_of(program.result);
 }

@@ -82,9 +82,11 @@ struct ProceduralFootprint {
 
 struct ProceduralInstruction {
   ProceduralOp op = ProceduralOp::add;
-  uint8_t channels = 4;              // 1: computes one channel and fills all
-  bool filtered = false;             // true: the result is the mean over the footprint
-  std::array<int16_t, 4> operands{}; // >= 0: result of that instruction; < 0: constant ~operand
+  uint8_t channels = 4;  // 1: computes one channel and fills all
+  bool filtered = false; // true: the result is the mean over the footprint
+  // >= 0: result of that instruction, in a finished program the register; < 0: constant ~operand
+  std::array<int16_t, 4> operands{};
+  int16_t target = 0; // register of the result, which may be that of an operand
   std::array<int16_t, 4> i{};
   std::array<float, 2> f{};
   int16_t footprint = -1;      // index into the footprints of the program; -1: unknown
@@ -99,6 +101,7 @@ struct ProceduralProgramView {
   // Features without an analytic filter, for each stream their number per unit of the stream.
   std::span<const float> frequencies;
   int16_t result = 0;         // operand
+  int16_t register_count = 0; // at most kMaxProceduralRegisters
   bool filters_itself = true; // true: all features are filtered analytically
 };
 
@@ -109,14 +112,16 @@ struct ProceduralProgram {
   std::vector<ProceduralFootprint> footprints;
   std::vector<float> frequencies;
   int16_t result = 0;
+  int16_t register_count = 0;
   bool filters_itself = true;
 
   [[nodiscard]] ProceduralProgramView view() const {
-    return {instructions, constants, footprints, frequencies, result, filters_itself};
+    return {instructions, constants, footprints, frequencies, result, register_count, filters_itself};
   }
 };
 
 inline constexpr size_t kMaxProceduralInstructions = 1024;
+inline constexpr size_t kMaxProceduralRegisters = 64; // a GPU keeps them for each thread
 
 // The values of all streams at a point. The footprint is given by their changes across it times
 // `scale`.

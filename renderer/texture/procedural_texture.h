@@ -44,6 +44,7 @@ struct ProceduralTextureView {
 
   [[nodiscard]] bool has_alpha() const { return channels == 4; }
   [[nodiscard]] size_t instruction_count() const { return program.instructions.size(); }
+  [[nodiscard]] size_t register_count() const { return static_cast<size_t>(program.register_count); }
   // Returns true if a single evaluation is the filtered value for any footprint.
   [[nodiscard]] bool filters_itself() const { return program.filters_itself; }
   // Returns the number of points at which evaluate() samples such a footprint: 1, 4 or 16.

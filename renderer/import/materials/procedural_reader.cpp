@@ -384,6 +384,10 @@ ProceduralGraph read_procedural_graph(const json& graph, const std::string& poin
       fault(fmt::format("{}/outputs/{}", pointer, i),
             fmt::format("{} instructions, at most {} are accepted", compiled.instruction_count(),
                         kMaxProceduralInstructions));
+    if (compiled.register_count() > kMaxProceduralRegisters)
+      fault(fmt::format("{}/outputs/{}", pointer, i),
+            fmt::format("{} values are needed at a time, at most {} are accepted", compiled.register_count(),
+                        kMaxProceduralRegisters));
   }
   return result;
 }
