@@ -69,13 +69,6 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
   if (aovs.needs_components()) components_ = ZeroedArray<ComponentSum>(count);
 }
 
-void Film::add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
-  const size_t index = index_of(pixel);
-  if (!components_.empty()) components_[index].add(surface.emission, surface.direct, weight);
-  if (!surfaces_.empty() && surface.hit)
-    surfaces_[index].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
-}
-
 void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOutlierBlocks - 1)); }
 
 Film Film::cut(const PixelRect& crop) const {
@@ -112,6 +105,25 @@ void Film::add(const Film& part) {
   add_rows(surfaces_, part.surfaces_);
   add_rows(components_, part.components_);
   add_rows(blocks_, part.blocks_, kOutlierBlocks - 1);
+}
+
+void Film::add(const PixelRect& block, const FilmView& part) {
+  assert(contains(crop_, block) && part.sums.size() == static_cast<size_t>(block.pixel_count()));
+  const auto width = static_cast<size_t>(block.width());
+  const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
+    assert(of_part.size() == (sums.empty() ? 0 : part.sums.size() * per_pixel));
+    if (sums.empty()) return;
+    size_t next = 0;
+    for (int y = block.min.y; y < block.max.y; ++y) {
+      const size_t first = index_of({block.min.x, y}) * per_pixel;
+      for (size_t i = 0; i < width * per_pixel; ++i) sums[first + i].add(of_part[next++]);
+    }
+  };
+  add_rows(sums_, part.sums);
+  add_rows(moments_, part.moments);
+  add_rows(surfaces_, part.surfaces);
+  add_rows(components_, part.components);
+  add_rows(blocks_, part.blocks, kOutlierBlocks - 1);
 }
 
 std::vector<Film::ConstPlane> Film::planes() const {

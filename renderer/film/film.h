@@ -6,6 +6,7 @@
 #include "renderer/film/aov.h"
 #include "renderer/film/film_sums.h"
 #include "renderer/film/film_surface.h"
+#include "renderer/film/film_view.h"
 #include "renderer/film/outliers.h"
 #include "renderer/film/zeroed_array.h"
 
@@ -19,14 +20,6 @@
 #include <vector>
 
 namespace kindling {
-
-// One finished sample of one pixel. `radiance` is premultiplied by alpha.
-struct FilmSample {
-  Rgb radiance{0.0f};
-  float alpha = 1.0f;
-  float weight = 1.0f; // of the pixel filter, with mean 1; negative under a negative lobe
-  uint32_t index = 0;  // of the sample in its pixel; needed for trim_outliers() only
-};
 
 inline constexpr int kMaxImageSide = 65536; // pixels, of an image that a user asks for
 
@@ -53,14 +46,14 @@ class Film {
   Film(const V2i& size_px, const PixelRect& crop, AovSet aovs);
 
   // Adds a sample; `pixel` must be inside of crop().
-  void add(const V2i& pixel, const FilmSample& sample) {
-    const size_t index = index_of(pixel);
-    sums_[index].add(sample.radiance, sample.alpha, sample.weight);
-    if (!moments_.empty()) moments_[index].add(luminance(sample.radiance), sample.weight);
-    if (!blocks_.empty()) add_to_block(index, sample);
-  }
+  void add(const V2i& pixel, const FilmSample& sample) { view().add(index_of(pixel), sample); }
   // Adds the AOV data of a sample, in addition to add(). Does nothing if no AOV needs it.
-  void add_surface(const V2i& pixel, const FilmSurface& surface, float weight);
+  void add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
+    view().add_surface(index_of(pixel), surface, weight);
+  }
+  // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
+  // pixel, rows from the top, in the arrays that this film has.
+  void add(const PixelRect& block, const FilmView& part);
 
   // Enables trimming of outliers (outliers_trimmed()) for the beauty AOV only. Must be called
   // before the first add().
@@ -118,11 +111,7 @@ class Film {
            static_cast<size_t>(pixel.x - crop_.min.x);
   }
 
-  void add_to_block(size_t index, const FilmSample& sample) {
-    const uint32_t block = sample.index % kOutlierBlocks;
-    if (block != kOutlierBlocks - 1) // the last block is the pixel minus the other blocks
-      blocks_[index * (kOutlierBlocks - 1) + block].add(sample.radiance, sample.weight);
-  }
+  [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, float* out) const;
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
   // Calls visit(name, array, records per pixel) for each non-empty array of sums.
