@@ -27,7 +27,8 @@ void prefetch_textures(const ShadingMaterial& material, const TextureLookup& loo
   std::optional<MovingHit> moving;
   const auto& [p0, p1, p2] = move_hit(geometry, instance, motions, hit.triangle, time, moving).positions;
   const M44f& m = moving->instance.object_to_world;
-  return transform_vector(m, p1 - p0).cross(transform_vector(m, p2 - p0));
+  const V3f origin = transform_point(m, p0); // the operations of WorldView::surface_at()
+  return (transform_point(m, p1) - origin).cross(transform_point(m, p2) - origin);
 }
 
 V3f face_normal(const GeometryView& geometry, const WorldInstance& instance, const accel::Hit& hit) {

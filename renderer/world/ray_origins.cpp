@@ -117,9 +117,9 @@ void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint
     V3f point = origin_beside(surface, false);
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       const Probe probe = probe_to(point, kProbe);
-      if (!probed->occluded(probe.ray)) return point;
-      if (start(kProbe) > 0.0f && !probed->occluded(probe_to(point, kLongProbe).ray)) return point;
-      const accel::Hit wall = probed->intersect(probe.ray);
+      if (!probe_is_blocked(probe.ray)) return point;
+      if (start(kProbe) > 0.0f && !probe_is_blocked(probe_to(point, kLongProbe).ray)) return point;
+      const accel::Hit wall = probe_hit(probe.ray);
       if (!wall.is_hit()) return std::nullopt;
       if (const std::optional<V3f> before = in_front_of(probe, wall, 0.0f, 1.0f)) return before;
       point = pushed_off(probe, wall, point);
@@ -138,11 +138,11 @@ void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint
   const auto find_back = [&](V3f point) -> std::optional<V3f> {
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
       Probe probe = probe_to(point, kProbe);
-      accel::Hit crossed = probed->intersect(probe.ray);
+      accel::Hit crossed = probe_hit(probe.ray);
       float after = -1.0f; // the probe has crossed the surface there
       for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {
         probe.ray.t_min = after = crossed.t;
-        crossed = probed->intersect(probe.ray);
+        crossed = probe_hit(probe.ray);
       }
       if (after < 0.0f) return std::nullopt;
       if (!crossed.is_hit()) return point;

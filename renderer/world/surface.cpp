@@ -282,7 +282,7 @@ bool WorldView::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const 
   }
   if (!face.is_back_for(sight)) return false;
   constexpr float kBeforeTheFace = 1.0f - 1e-4f;
-  return !traced->occluded({.origin = point - sight,
+  return !sight_is_blocked({.origin = point - sight,
                             .direction = sight,
                             .t_max = kBeforeTheFace,
                             .key = ray.key,
@@ -291,15 +291,9 @@ bool WorldView::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const 
                             .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
 }
 
-bool WorldView::accepts(const accel::Ray& ray, const accel::Hit& candidate) const {
+bool WorldView::accepts_by_coverage(const accel::Ray& ray, const accel::Hit& candidate) const {
   const GeometryView& geometry = geometries[candidate.mesh];
   const ShadingMaterial& material = materials[geometry.material];
-  if (hides_backs) {
-    const bool seen = (ray.flags & kEveryFace) != 0 ||
-                      !((ray.flags & kCameraRay) != 0 ? is_hidden_back(ray, candidate) : is_cut_away(ray, candidate));
-    if (!seen) return false;
-    if (covers[candidate.mesh] != 0) return true;
-  }
   const HitRecords records(geometry, candidate);
   const RayFootprint none;
   const SurfaceFootprint point{ray, none};

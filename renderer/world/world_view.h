@@ -18,6 +18,10 @@
 #include <optional>
 #include <span>
 
+namespace kindling::accel::kd {
+struct StructureView;
+}
+
 namespace kindling {
 
 // The place from which a World is seen, for the faces that are cut away (WorldView::is_cut_away()).
@@ -68,7 +72,17 @@ struct WorldView {
   }
   // Decides whether a ray meets a candidate hit: by coverage, thin walls and hidden backs. For
   // accel::HitFilter.
-  [[nodiscard]] bool accepts(const accel::Ray& ray, const accel::Hit& candidate) const;
+  [[nodiscard]] bool accepts(const accel::Ray& ray, const accel::Hit& candidate) const {
+    if (hides_backs) {
+      const bool seen = (ray.flags & kEveryFace) != 0 ||
+                        !((ray.flags & kCameraRay) != 0 ? is_hidden_back(ray, candidate) : is_cut_away(ray, candidate));
+      if (!seen) return false;
+      if (covers[candidate.mesh] != 0) return true;
+    }
+    return accepts_by_coverage(ray, candidate);
+  }
+  // The same without regard to the side of the face.
+  [[nodiscard]] bool accepts_by_coverage(const accel::Ray& ray, const accel::Hit& candidate) const;
 
   // The frame interpolated from the vertices of a hit, in world space, on the front side.
   struct VertexFrame {
@@ -101,8 +115,15 @@ struct WorldView {
   // black.
   [[gnu::noinline, gnu::cold]] void guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
 
+  // Rays that shading itself traces, one at a time (probes.cpp). sight_is_blocked() is for rays
+  // with kCameraRay.
+  [[nodiscard]] accel::Hit probe_hit(const accel::Ray& ray) const;
+  [[nodiscard]] bool probe_is_blocked(const accel::Ray& ray) const;
+  [[nodiscard]] bool sight_is_blocked(const accel::Ray& ray) const;
+
   const accel::Accelerator* traced = nullptr;
-  const accel::Accelerator* probed = nullptr; // the same one before wrapping, for rays that are no part of a path
+  const accel::Accelerator* probed = nullptr;     // the same one before wrapping, for rays that are no part of a path
+  const accel::kd::StructureView* tree = nullptr; // on a device, in place of both
   LightSetView lights;
   std::span<const GeometryView> geometries; // one per accelerator mesh
   std::span<const ShadingMaterial> materials;
