@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/stages/camera_sample.h"
+#include "renderer/integrator/stages/camera_ray.h"
 #include "renderer/sampling/draw_eight.h"
 
 #include <array>
@@ -45,19 +45,7 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
         camera_sample.pixel = V2i(block.min.x + static_cast<int>(i), y);
         camera_sample.address = addresses[i];
         camera_sample.sample_index = s;
-        const PixelFilter::Sample jitter = filter.sample(draws[i]);
-        camera_sample.filter_weight = jitter.weight;
-        const V2f film_px(static_cast<float>(camera_sample.pixel.x) + 0.5f + jitter.offset.x,
-                          static_cast<float>(y) + 0.5f + jitter.offset.y);
-        const CameraRay camera_ray = camera.generate_ray(film_px, lens_draws[i], times[i].x);
-        rays[slot] = {.origin = camera_ray.origin,
-                      .t_min = 0.0f,
-                      .direction = camera_ray.direction,
-                      .t_max = kInfinity,
-                      .key = addresses[i].key,
-                      .time = times[i].x,
-                      .index = addresses[i].index,
-                      .flags = kHitPartlyTransparent | kCameraRay};
+        rays[slot] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, camera_sample);
       }
     }
   }

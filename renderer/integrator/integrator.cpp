@@ -73,6 +73,14 @@ void RayCounters::add_non_finite(const V2i& pixel, uint32_t sample_index) {
   if (!first_non_finite || order(here) < order(*first_non_finite)) first_non_finite = here;
 }
 
+void Integrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
+  for (BlockWork& block : work) {
+    const uint64_t rays_before = context.counters.total();
+    block.added = render_block(block.block, block.samples, context, film);
+    block.rays = context.counters.total() - rays_before;
+  }
+}
+
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                             const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                                             AovSet aovs, const Guide* guide) {

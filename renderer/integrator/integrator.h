@@ -6,6 +6,7 @@
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/sample_range.h"
+#include "renderer/integrator/whitted_counters.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/world.h"
@@ -22,15 +23,6 @@
 namespace kindling {
 
 struct Guide;
-
-// Counts of the Whitted tracer, by one thread.
-struct WhittedCounters {
-  uint64_t reflection = 0;   // rays; RayCounters::bounce includes them
-  uint64_t transmission = 0; // likewise
-  uint64_t cache_hits = 0;
-  uint64_t cache_misses = 0;   // computed and stored
-  uint64_t cache_bypasses = 0; // surfaces whose parameters vary over the material
-};
 
 // Counts of one thread, summed over all threads at the end.
 struct RayCounters {
@@ -76,6 +68,15 @@ class ThreadContext {
 // that an accelerator receives do not depend on tiles or threads.
 inline constexpr int kBlockSize = 8;
 
+// Samples of all pixels of one block, and what was done of them. The block has at least one pixel
+// and lies within one block of the grid.
+struct BlockWork {
+  PixelRect block;
+  SampleRange samples;
+  uint32_t added = 0; // samples of each pixel that were added to the film, the first ones
+  uint64_t rays = 0;  // traced for them
+};
+
 // An integrator is immutable and shared by all threads. References given at construction must
 // outlive it.
 class Integrator {
@@ -88,6 +89,10 @@ class Integrator {
   // were added, the first ones: all, unless World::abandoned().
   virtual uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                                 Film& film) const = 0;
+  // The number of paths that render_blocks() can follow together; 0: those of one block.
+  [[nodiscard]] virtual uint64_t paths_together() const { return 0; }
+  // The same for several blocks, which are different; sets what was done.
+  virtual void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const;
 };
 
 // Makes the integrator that settings.kind names. `guide` is used by the path tracer alone and may

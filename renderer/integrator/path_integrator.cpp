@@ -12,16 +12,20 @@
 
 namespace kindling {
 
+PathStages make_path_stages(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                            const Sampler& sampler, const Guide* guide) {
+  return {.settings = settings,
+          .sample_width = sample_width(sampler),
+          .world = &world,
+          .camera = &camera,
+          .patches = guide && !guide->patches.empty() ? &guide->patches : nullptr,
+          .light_probabilities = guide && !guide->light_probabilities.empty() ? &guide->light_probabilities : nullptr};
+}
+
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
-    : stages_{.settings = settings,
-              .sample_width = kindling::sample_width(sampler),
-              .world = &world,
-              .camera = &camera,
-              .patches = guide && !guide->patches.empty() ? &guide->patches : nullptr,
-              .light_probabilities =
-                  guide && !guide->light_probabilities.empty() ? &guide->light_probabilities : nullptr},
-      world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs) {}
+    : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world), camera_(camera),
+      sampler_(sampler), filter_(filter), aovs_(aovs) {}
 
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return make_path_context(); }
 

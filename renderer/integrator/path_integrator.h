@@ -8,6 +8,11 @@
 
 namespace kindling {
 
+// Returns the stages of the paths of a camera; `guide` may be null. They refer to all arguments but
+// the settings and the sampler.
+[[nodiscard]] PathStages make_path_stages(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                                          const Sampler& sampler, const Guide* guide);
+
 // Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic
 // (Veach 1997, section 9.2). Unbiased up to the bounce limits, as long as no clamp is set and
 // caustics are full. What happens to a path is in stages/; this class leads batches of them.

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_integrator.h"
 
+#include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/whitted_context.h"
 
 #include <cassert>
 
@@ -22,16 +24,11 @@ struct WhittedIntegrator::Sink {
     if (part == WhittedPart::emission) context.components[slot].emission.add(radiance);
     if (part == WhittedPart::direct) context.components[slot].direct.add(radiance);
   }
+  void add_transparency(const WhittedNode& node, float part) { context.samples[node.slot].transparency.add(part); }
+  [[nodiscard]] WhittedCounters& counters() { return context.counters.whitted; }
   void surface(const WhittedNode& node, const WhittedVertex& vertex) {
-    if (context.surfaces.empty()) return;
-    const SurfacePoint& point = vertex.surface;
-    FilmSurface& record = context.surfaces[node.slot];
-    if (record.hit) return;
-    record.hit = true;
-    record.albedo = point.unlit ? point.emitted : vertex.bsdf().albedo();
-    record.normal = point.shading_normal;
-    record.depth = integrator.camera_.depth(point.position, node.ray.time);
-    record.position = point.position;
+    if (context.surfaces.empty() || context.surfaces[node.slot].hit) return;
+    integrator.shader_.record_surface(vertex, context.surfaces[node.slot]);
   }
 };
 
@@ -39,8 +36,7 @@ struct WhittedIntegrator::RecursiveSink : Sink {
   void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
     ++context.counters.shadow;
     if (integrator.world_.accelerator().occluded(feeler)) return;
-    const Rgb through =
-        integrator.world_.has_thin_walls ? integrator.shader_.through_thin_walls(feeler, context.counters) : Rgb(1.0f);
+    const Rgb through = integrator.world_.has_thin_walls ? integrator.through_thin_walls(feeler, context) : Rgb(1.0f);
     add(node, WhittedPart::direct, contribution * through);
   }
   void follow(WhittedNode&& node) { integrator.trace_recursively(node, context); }
@@ -57,8 +53,12 @@ struct WhittedIntegrator::IterativeSink : Sink {
 
 WhittedIntegrator::WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                      const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
-    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter),
-      sample_width_(kindling::sample_width(sampler)), aovs_(aovs), shader_(settings, world) {}
+    : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
+      lights_(world.light_set()),
+      cache_(settings.whitted.cache ? std::make_unique<WhittedCache>(world.materials.size()) : nullptr),
+      shader_(make_whitted_shader(settings, world, camera, sampler, lights_)) {
+  shader_.cache = cache_.get();
+}
 
 std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
   return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
@@ -76,12 +76,13 @@ uint32_t WhittedIntegrator::render_block(const PixelRect& block, const SampleRan
     start_batch(block, batch, count, context);
     if (settings_.whitted.form == WhittedForm::recursive) {
       for (size_t slot = 0; slot < count && !world_.abandoned(); ++slot) {
-        WhittedNode node = root(slot, context);
+        WhittedNode node = shader_.root(context.camera_rays[slot], static_cast<uint32_t>(slot));
         trace_recursively(node, context);
       }
     } else {
       context.waiting.clear();
-      for (size_t slot = count; slot-- > 0;) context.waiting.push_back(root(slot, context));
+      for (size_t slot = count; slot-- > 0;)
+        context.waiting.push_back(shader_.root(context.camera_rays[slot], static_cast<uint32_t>(slot)));
       trace_iteratively(context);
     }
     if (world_.abandoned()) return done;
@@ -102,15 +103,9 @@ void WhittedIntegrator::start_batch(const PixelRect& block, const SampleRange& s
   context.counters.camera += count;
 }
 
-WhittedNode WhittedIntegrator::root(size_t slot, const WhittedContext& context) const {
-  WhittedNode node;
-  node.ray = context.camera_rays[slot];
-  node.slot = static_cast<uint32_t>(slot);
-  node.cone = sample_cone(camera_, node.ray.direction, sample_width_);
-  return node;
-}
+namespace {
 
-bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const {
+void trace_node(WhittedContext& context, const WhittedNode& node, const accel::Hit& hit) {
   trace_event(context, [&](PathVertex& vertex) {
     vertex.event = !hit.is_hit() ? "escaped" : node.seen ? "surface" : "surface below";
     vertex.bounce = node.depth - 1;
@@ -123,44 +118,26 @@ bool WhittedIntegrator::arrive(WhittedNode& node, const accel::Hit& hit, Whitted
     vertex.throughput = node.weight;
     vertex.radiance = context.samples[node.slot].radiance.value();
   });
-  if (world_.lights.has_shapes && !node.seen) add_shapes(node, hit, context);
-  if (!hit.is_hit()) {
-    if (node.seen && settings_.transparent_background) {
-      const Rgb& w = node.weight;
-      context.samples[node.slot].transparency.add((w.x + w.y + w.z) * (1.0f / 3.0f));
-    } else {
-      const Rgb radiance = shader_.escaped(node);
-      if (!is_black(radiance)) Sink{*this, context}.add(node, WhittedPart::emission, node.weight * radiance);
-    }
-    return false;
-  }
-  if (node.in_medium) node.weight *= medium_transmittance(world_, node.media, hit.t);
-  return !is_black(node.weight);
 }
 
-void WhittedIntegrator::add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const {
-  ShapeRay stretch{.origin = node.ray.origin,
-                   .normal = V3f(0.0f),
-                   .direction = node.ray.direction,
-                   .end_m = hit.is_hit() ? hit.t : kInfinity,
-                   .time = node.ray.time};
-  if (node.in_medium) stretch.extinction = world_.medium(*node.media.innermost()).extinction;
-  const Rgb radiance = world_.lights.shape_radiance(stretch);
-  if (!is_black(radiance)) Sink{*this, context}.add(node, WhittedPart::indirect, node.weight * radiance);
-}
+} // namespace
 
-RayFootprint WhittedIntegrator::footprint_of(const WhittedNode& node, const accel::Hit& hit) const {
-  return {.width_m = node.cone.width_at(hit.t), .filters_emission = true};
+Rgb WhittedIntegrator::through_thin_walls(const accel::Ray& feeler, WhittedContext& context) const {
+  return shader_.through_thin_walls(feeler, [&](const accel::Ray& ray) {
+    ++context.counters.shadow;
+    return world_.accelerator().intersect(ray);
+  });
 }
 
 void WhittedIntegrator::trace_recursively(WhittedNode& node, WhittedContext& context) const {
   if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
   const accel::Hit hit = world_.accelerator().intersect(node.ray);
-  if (!arrive(node, hit, context)) return;
-  SurfacePoint surface;
-  world_.surface_at(node.ray, hit, surface, footprint_of(node, hit));
   RecursiveSink sink{{*this, context}};
-  shader_.shade(node, hit, surface, context.counters, sink);
+  trace_node(context, node, hit);
+  if (!shader_.arrive(node, hit, sink)) return;
+  SurfacePoint surface;
+  world_.surface_at(node.ray, hit, surface, WhittedShader::footprint_of(node, hit));
+  shader_.shade(node, hit, surface, sink);
 }
 
 // The newest nodes are traced first, as many as a batch holds. So the list holds no more than the
@@ -189,15 +166,17 @@ void WhittedIntegrator::trace_batch(size_t count, WhittedContext& context) const
   std::array<RayFootprint, ShadeGroup::kSize> footprints;
   for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
     const size_t size = std::min(ShadeGroup::kSize, count - first);
-    for (size_t i = 0; i < size; ++i) footprints[i] = footprint_of(context.nodes[first + i], hits[first + i]);
+    for (size_t i = 0; i < size; ++i)
+      footprints[i] = WhittedShader::footprint_of(context.nodes[first + i], hits[first + i]);
     world_.prefetch(rays.subspan(first, size), hits.subspan(first, size), std::span(footprints).first(size));
     for (size_t i = first; i < first + size; ++i) {
       WhittedNode& node = context.nodes[i];
       if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
-      if (!arrive(node, hits[i], context)) continue;
+      trace_node(context, node, hits[i]);
+      if (!shader_.arrive(node, hits[i], sink)) continue;
       SurfacePoint surface;
       world_.surface_at(rays[i], hits[i], surface, footprints[i - first]);
-      shader_.shade(node, hits[i], surface, context.counters, sink);
+      shader_.shade(node, hits[i], surface, sink);
     }
   }
 }
@@ -212,8 +191,7 @@ void WhittedIntegrator::trace_feelers(WhittedContext& context) const {
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
     const WhittedFeeler& feeler = context.feelers[i];
-    const Rgb through =
-        world_.has_thin_walls ? shader_.through_thin_walls(context.feeler_rays[i], context.counters) : Rgb(1.0f);
+    const Rgb through = world_.has_thin_walls ? through_thin_walls(context.feeler_rays[i], context) : Rgb(1.0f);
     sink.add(feeler.slot, feeler.seen, WhittedPart::direct, feeler.contribution * through);
   }
   context.feelers.clear();

@@ -4,8 +4,13 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/whitted_shader.h"
+#include "renderer/light/per_light_sampling.h"
+
+#include <memory>
 
 namespace kindling {
+
+class WhittedContext;
 
 // Whitted 1980, "An Improved Illumination Model for Shaded Display", for glTF materials, with the
 // distribution of Cook, Porter and Carpenter 1984, "Distributed Ray Tracing". Ambient light
@@ -29,21 +34,13 @@ class WhittedIntegrator final : public Integrator {
   struct IterativeSink;
 
   void start_batch(const PixelRect& block, const SampleRange& samples, size_t count, WhittedContext& context) const;
-  [[nodiscard]] WhittedNode root(size_t slot, const WhittedContext& context) const;
-  // Handles the end of a node's ray: applies the medium's absorption, or adds the background. True
-  // if there is a surface to shade.
-  bool arrive(WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
-  // Adds the light of punctual lights with a size along the node's ray. The camera does not see
-  // them.
-  void add_shapes(const WhittedNode& node, const accel::Hit& hit, WhittedContext& context) const;
-  [[nodiscard]] RayFootprint footprint_of(const WhittedNode& node, const accel::Hit& hit) const;
-
   // Depth first, one node at a time, on the program's stack.
   void trace_recursively(WhittedNode& node, WhittedContext& context) const;
   // Traces the nodes of all trees of the batch, many at a time.
   void trace_iteratively(WhittedContext& context) const;
   void trace_batch(size_t count, WhittedContext& context) const;
   void trace_feelers(WhittedContext& context) const;
+  [[nodiscard]] Rgb through_thin_walls(const accel::Ray& feeler, WhittedContext& context) const;
   void finish_batch(size_t count, WhittedContext& context, Film& film) const;
 
   IntegratorSettings settings_;
@@ -51,8 +48,9 @@ class WhittedIntegrator final : public Integrator {
   const Camera& camera_;
   Sampler sampler_;
   PixelFilter filter_;
-  float sample_width_; // width of a sample's cone relative to its pixel's
   AovSet aovs_;
+  PerLightSampling lights_;
+  std::unique_ptr<WhittedCache> cache_; // shared by all threads
   WhittedShader shader_;
 };
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/world/world.h"
+#include "renderer/world/surface_point.h"
 
 #include <array>
 #include <atomic>

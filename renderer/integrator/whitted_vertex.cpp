@@ -4,6 +4,7 @@
 
 #include "renderer/base/elementary.h"
 #include "renderer/bsdf/dispersion.h"
+#include "renderer/sampling/sampler.h"
 
 #include <cassert>
 
@@ -19,7 +20,7 @@ Frame frame_of(const SurfacePoint& surface) {
 
 } // namespace
 
-Rgb medium_transmittance(const World& world, const MediumStack& media, float distance) {
+Rgb medium_transmittance(const WorldView& world, const MediumStack& media, float distance) {
   assert(!media.empty() && distance >= 0.0f);
   if (distance == kInfinity) return Rgb(1.0f);
   const Rgb& extinction = world.medium(*media.innermost()).extinction;
@@ -27,7 +28,7 @@ Rgb medium_transmittance(const World& world, const MediumStack& media, float dis
           elementary::exp(-extinction.z * distance)};
 }
 
-WhittedVertex::WhittedVertex(const World& world, const WhittedNode& node_above, SurfacePoint& surface_here,
+WhittedVertex::WhittedVertex(const WorldView& world, const WhittedNode& node_above, SurfacePoint& surface_here,
                              const WhittedTerms& terms_here, float highlight_roughness)
     : node(node_above), surface(surface_here), terms(terms_here), frame(frame_of(surface_here)),
       wo(frame.to_local(-node_above.ray.direction)), world_(world), highlight_roughness_(highlight_roughness),

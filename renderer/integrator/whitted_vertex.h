@@ -6,7 +6,7 @@
 #include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/integrator/whitted_terms.h"
 #include "renderer/integrator/whitted_tree.h"
-#include "renderer/world/world.h"
+#include "renderer/world/world_view.h"
 
 #include <optional>
 
@@ -14,13 +14,13 @@ namespace kindling {
 
 // Returns the transmittance of the innermost medium over a distance; 1 for an infinite one (a ray
 // left an open mesh).
-[[nodiscard]] Rgb medium_transmittance(const World& world, const MediumStack& media, float distance);
+[[nodiscard]] Rgb medium_transmittance(const WorldView& world, const MediumStack& media, float distance);
 
 class WhittedVertex {
  public:
   // Completes the surface's layers with what depends on the node. All arguments must outlive the
   // vertex.
-  WhittedVertex(const World& world, const WhittedNode& node, SurfacePoint& surface, const WhittedTerms& terms,
+  WhittedVertex(const WorldView& world, const WhittedNode& node, SurfacePoint& surface, const WhittedTerms& terms,
                 float highlight_roughness);
 
   const WhittedNode& node;
@@ -56,7 +56,7 @@ class WhittedVertex {
   void resolve_media(SurfacePoint& mutable_surface);
   void make_highlight() const;
 
-  const World& world_;
+  const WorldView& world_;
   const LayerParameters* layers_ = nullptr; // null: the plain model
   float highlight_roughness_;
   bool blurred_;
