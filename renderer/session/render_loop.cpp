@@ -3,6 +3,7 @@
 #include "renderer/session/render_loop.h"
 
 #include "renderer/base/standard_arithmetic.h"
+#include "renderer/device/device.h"
 #include "renderer/session/run_workers.h"
 #include "renderer/session/tile_scheduler.h"
 
@@ -10,6 +11,11 @@
 #include <limits>
 
 namespace kindling {
+namespace {
+
+constexpr int kWholeImage = 1 << 20; // the side of a tile, in pixels, a multiple of kBlockSize
+
+} // namespace
 
 RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
                        const RenderContinuity& continuity, const RenderStops& stops, PassProgress& progress,
@@ -42,9 +48,11 @@ void RenderLoop::find_levels() {
 std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {
   const Coverage& coverage = state_.coverage;
   const bool regions = settings_.schedule == Schedule::regions;
+  // Paths that are followed together may come from the whole image.
+  const int side = integrator_.paths_together() > 0 ? kWholeImage : settings_.tile_size_px;
   std::vector<std::vector<PixelRect>> lanes;
   for (const PixelRect& region : make_regions(coverage.area(), regions ? static_cast<int>(workers_.size()) : 1)) {
-    lanes.push_back(make_tiles(region, settings_.tile_size_px));
+    lanes.push_back(make_tiles(region, side));
     std::erase_if(lanes.back(), [&](const PixelRect& tile) {
       for (size_t i = 0; i < count_blocks(tile); ++i)
         if (!coverage.complete(coverage.index_of(block_of(tile, i).min), wanted_)) return false;
@@ -80,10 +88,19 @@ void RenderLoop::run(RenderStatistics& statistics) {
   statistics.saves = 0;
   const bool saves = static_cast<bool>(continuity_.save);
   if (saves && continuity_.save_every_s) save_due_s_ = elapsed_s() + *continuity_.save_every_s;
+  const auto save_rest = [&] {
+    if (saves && std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.unsaved; }))
+      save(statistics);
+  };
   for (;;) {
-    if (!(stops_.at_once && stops_.at_once()))
-      run_workers(
-          workers_.size(), [this](size_t thread) { work(thread); }, [this] { queue_->pause(); });
+    try {
+      if (!(stops_.at_once && stops_.at_once()))
+        run_workers(
+            workers_.size(), [this](size_t thread) { work(thread); }, [this] { queue_->pause(); });
+    } catch (const DeviceError&) {
+      save_rest(); // samples are added when all is known of them
+      throw;
+    }
     if (pass_finished_.exchange(false)) continuity_.after_pass(state_);
     const bool paused_to_continue = queue_->paused() && !(stops_.at_once && stops_.at_once());
     if (!paused_to_continue) break;
@@ -93,8 +110,7 @@ void RenderLoop::run(RenderStatistics& statistics) {
     }
     queue_->resume();
   }
-  if (saves && std::any_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.unsaved; }))
-    save(statistics);
+  save_rest();
   account(statistics);
   statistics.passes = static_cast<int>(passes_);
   statistics.samples_per_pixel = samples_done_ - wanted_.first;
@@ -133,51 +149,72 @@ void RenderLoop::work(size_t thread) {
 }
 
 void RenderLoop::render_tile(TileQueue::Visit& visit, Worker& worker) {
-  while (const std::optional<PixelRect> rect = queue_->next_block(visit)) {
-    const size_t block = state_.coverage.index_of(rect->min);
-    const bool finished = settings_.adaptive.enabled() ? render_adaptively(block, visit.samples, worker)
-                                                       : render_missing(block, visit.samples, worker);
-    if (!finished) visit.abandoned = true;
-    if (!state_.coverage.complete(block, wanted_)) ++visit.unfinished;
+  for (;;) {
+    const std::vector<size_t> blocks = take_blocks(visit);
+    if (blocks.empty()) return;
+    if (!render_missing(blocks, visit.samples, worker)) visit.abandoned = true;
+    for (const size_t block : blocks)
+      if (!state_.coverage.complete(block, wanted_)) ++visit.unfinished;
     pause_if_due();
   }
 }
 
-bool RenderLoop::render_missing(size_t block, const SampleRange& samples, Worker& worker) {
-  Coverage& coverage = state_.coverage;
-  for (SampleRange missing = coverage.first_missing(block, samples); !missing.empty();
-       missing = coverage.first_missing(block, samples)) {
-    const uint32_t added = integrator_.render_block(coverage.block(block), missing, *worker.context, state_.film);
-    if (added > 0) {
-      worker.unsaved = true;
-      coverage.add(block, {missing.first, missing.first + added});
-    }
-    if (added < missing.count()) return false;
-  }
-  return true;
+std::vector<size_t> RenderLoop::take_blocks(TileQueue::Visit& visit) {
+  std::vector<size_t> blocks;
+  const uint64_t together = integrator_.paths_together();
+  uint64_t paths = 0;
+  do {
+    const std::optional<PixelRect> rect = queue_->next_block(visit);
+    if (!rect) break;
+    blocks.push_back(state_.coverage.index_of(rect->min));
+    paths += static_cast<uint64_t>(rect->pixel_count()) * visit.samples.count();
+  } while (paths < together);
+  return blocks;
 }
 
-// Splits the samples of a pass at the counts of decisions, so that decisions do not depend on
-// passes.
-bool RenderLoop::render_adaptively(size_t block, const SampleRange& samples, Worker& worker) {
-  Coverage& coverage = state_.coverage;
-  const PixelRect rect = coverage.block(block);
-  ThreadContext& context = *worker.context;
-  for (uint32_t done = coverage.done(block, wanted_); done < samples.end && !coverage[block].stopped;) {
-    const uint32_t count = std::min(samples.end - done, adaptive_sampling_.samples_to_decision(done));
-    const uint64_t rays_before = context.counters.total();
-    const uint32_t added = integrator_.render_block(rect, {done, done + count}, context, state_.film);
-    if (added > 0) {
-      worker.unsaved = true;
-      adaptive_sampling_.count_rays(rect, context.counters.total() - rays_before);
-      coverage.add(block, {done, done + added});
+bool RenderLoop::render_missing(std::span<const size_t> blocks, const SampleRange& pass, Worker& worker) {
+  std::vector<size_t> lacking(blocks.begin(), blocks.end());
+  std::vector<BlockWork> work;
+  for (;;) {
+    work.clear();
+    std::erase_if(lacking, [&](size_t block) {
+      const SampleRange missing = missing_samples(block, pass);
+      if (!missing.empty()) work.push_back({state_.coverage.block(block), missing});
+      return missing.empty();
+    });
+    if (work.empty()) return true;
+    if (blocks.size() > 1 && stops_.at_once && stops_.at_once()) return false;
+    integrator_.render_blocks(work, *worker.context, state_.film);
+    bool finished = true;
+    for (size_t i = 0; i < work.size(); ++i) {
+      if (work[i].added > 0) worker.unsaved = true;
+      take_samples(lacking[i], work[i]);
+      finished &= work[i].added == work[i].samples.count();
     }
-    if (added < count) return false;
-    done += count;
-    converged_ += adaptive_sampling_.decide(rect, done, state_.film);
-    if (!adaptive_sampling_.wants_samples(rect, done)) coverage.set_stopped(block);
+    if (!finished) return false;
   }
-  return true;
+}
+
+// Adaptive sampling splits the samples of a pass at the counts of decisions, so that decisions do
+// not depend on passes.
+SampleRange RenderLoop::missing_samples(size_t block, const SampleRange& pass) const {
+  const Coverage& coverage = state_.coverage;
+  if (!settings_.adaptive.enabled()) return coverage.first_missing(block, pass);
+  const uint32_t done = coverage.done(block, wanted_);
+  if (done >= pass.end || coverage[block].stopped) return {};
+  return {done, done + std::min(pass.end - done, adaptive_sampling_.samples_to_decision(done))};
+}
+
+void RenderLoop::take_samples(size_t block, const BlockWork& done) {
+  Coverage& coverage = state_.coverage;
+  const SampleRange added{done.samples.first, done.samples.first + done.added};
+  if (added.empty()) return;
+  coverage.add(block, added);
+  if (!settings_.adaptive.enabled()) return;
+  adaptive_sampling_.count_rays(done.block, done.rays);
+  if (done.added < done.samples.count()) return;
+  converged_ += adaptive_sampling_.decide(done.block, added.end, state_.film);
+  if (!adaptive_sampling_.wants_samples(done.block, added.end)) coverage.set_stopped(block);
 }
 
 void RenderLoop::pause_if_due() {

@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace kindling {
@@ -53,9 +54,14 @@ class RenderLoop {
   [[nodiscard]] std::optional<SampleRange> plan_pass();
   void work(size_t thread);
   void render_tile(TileQueue::Visit& visit, Worker& worker);
-  // Return false if the block was abandoned (World::abandoned()) before it had these samples.
-  bool render_missing(size_t block, const SampleRange& samples, Worker& worker);
-  bool render_adaptively(size_t block, const SampleRange& samples, Worker& worker);
+  // Takes blocks of a tile whose paths the integrator follows together.
+  [[nodiscard]] std::vector<size_t> take_blocks(TileQueue::Visit& visit);
+  // Renders what the blocks lack of the pass. False if they were abandoned (World::abandoned()), or
+  // the render stopped, before they had it.
+  bool render_missing(std::span<const size_t> blocks, const SampleRange& pass, Worker& worker);
+  // Returns the samples that a block lacks next: empty if it has the pass, or wants no more.
+  [[nodiscard]] SampleRange missing_samples(size_t block, const SampleRange& pass) const;
+  void take_samples(size_t block, const BlockWork& done);
   void pause_if_due();
   void save(RenderStatistics& statistics);
   void account(RenderStatistics& statistics);

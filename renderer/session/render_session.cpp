@@ -3,6 +3,10 @@
 #include "renderer/session/render_session.h"
 
 #include "renderer/base/standard_arithmetic.h"
+#include "renderer/device/device_integrator.h"
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/whitted_shader.h"
+#include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
@@ -45,6 +49,38 @@ uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   return min_done;
 }
 
+// An integrator, and the device that it renders on, if any.
+struct PlacedIntegrator {
+  std::unique_ptr<Device> device;
+  std::unique_ptr<Integrator> integrator;
+};
+
+// `device`: null for the CPU. May throw DeviceError.
+PlacedIntegrator place_integrator(std::unique_ptr<Device> device, const World& world, const Camera& camera,
+                                  const RenderSettings& settings, const Guide* guide) {
+  const Sampler sampler = make_sampler(settings);
+  if (!device)
+    return {nullptr,
+            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide)};
+  const PerLightSampling lights(world.light_set());
+  const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
+  const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
+  auto integrator = std::make_unique<DeviceIntegrator>(
+      *device, settings.integrator, DeviceSceneInput{world, camera, stages, shader, sampler, settings.filter},
+      settings.aovs);
+  return {std::move(device), std::move(integrator)};
+}
+
+// Opens the device of a render; null for the CPU.
+Result<std::unique_ptr<Device>> open_device(const World& world, const RenderSettings& settings, int threads) {
+  if (settings.device == DeviceKind::cpu) return std::unique_ptr<Device>();
+  if (settings.integrator.kind != IntegratorKind::path && settings.integrator.kind != IntegratorKind::whitted)
+    return Error{ErrorKind::usage, "integrator " + std::string(integrator_name(settings.integrator.kind)) +
+                                       " does not run on a device; use --device cpu"};
+  if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
+  return open_device(settings.device, threads);
+}
+
 } // namespace
 
 std::string_view guiding_name(Guiding guiding) {
@@ -66,6 +102,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   }
   const auto start = RenderLoop::Clock::now();
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
+  Result<std::unique_ptr<Device>> device = open_device(world, settings, threads);
+  if (!device) return device.error();
   std::optional<RenderState> state = std::exchange(continuity.resume_from, std::nullopt);
   const bool saves = static_cast<bool>(continuity.save);
   const RenderStops stops{
@@ -85,13 +123,19 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     });
   }
   if (!state) state = empty_state(settings);
-  const std::unique_ptr<Integrator> integrator = make_integrator(
-      settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   RenderStatistics statistics;
   statistics.guiding = trained.statistics;
-  RenderLoop loop(settings, *integrator, *state, continuity, stops, progress, threads, start, trained.busy_s);
-  loop.run(statistics);
-  const bool interrupted = stops.after_open_passes() && !loop.complete();
+  PlacedIntegrator placed;
+  std::optional<RenderLoop> loop; // its contexts have memory of the device
+  try {
+    placed = place_integrator(std::move(device).value(), world, camera, settings, trained.guide.get());
+    loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
+                 trained.busy_s);
+    loop->run(statistics);
+  } catch (const DeviceError& error) {
+    return Error{ErrorKind::render_failed, error.what()};
+  }
+  const bool interrupted = stops.after_open_passes() && !loop->complete();
   const PixelRect wanted = settings.wanted_pixels();
   Film film = state->film.crop() == wanted ? std::move(state->film) : state->film.cut(wanted);
   return RenderOutcome{std::move(film), std::move(statistics), interrupted, std::move(state->work)};

@@ -5,6 +5,7 @@
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
+#include "renderer/device/make_device.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
@@ -51,8 +52,9 @@ struct RenderSettings {
   PixelFilter filter;
   Outliers outliers = Outliers::keep; // affects the beauty alone
   AovSet aovs;
-  int threads = 0;       // 0: all cores
-  int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
+  DeviceKind device = DeviceKind::cpu; // does not change the image
+  int threads = 0;                     // 0: all cores
+  int tile_size_px = 32;               // a multiple of kBlockSize; does not change the image
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }
@@ -107,8 +109,8 @@ struct RenderContinuity {
 // missing ones. So it is if WorldOptions::abandon is set, which also drops the batches in work. Any
 // cancelling ends the training of a guide, which is then not used. The time limit includes the
 // render seconds of earlier runs. Resumed blocks with unequal counts are made equal first, even
-// beyond the time limit. Fails (usage) on impossible settings, and if `resume_from` does not fit
-// them.
+// beyond the time limit. Fails (usage) on impossible settings, if `resume_from` does not fit them,
+// and on what the device cannot do; fails (render_failed) if the device fails, after a save.
 [[nodiscard]] Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
                                            const CancelToken* cancel, ProgressListener* listener,
                                            RenderContinuity continuity);

@@ -130,6 +130,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--whitted-form", {false, kWhitted, {"--whitted-form", "recursive"}}},
       {"--accel", {true, kNone, {"--accel", "embree"}}},
       {"--accel-quality", {true, kNone, {"--accel-quality", "best"}}},
+      {"--device", {false, kNone, {"--device", "host"}}},
       {"--threads", {false, kNone, {"--threads", "1"}}},
       {"--tile-size", {false, kNone, {"--tile-size", "8"}}},
       {"--schedule", {false, kNone, {"--schedule", "regions"}}},

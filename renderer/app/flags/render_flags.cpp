@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/checkpoint_flags.h"
 #include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/device_flag.h"
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/flags/image_flags.h"
@@ -196,6 +197,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
 
 void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
+  add_device_flag(flags, o.device, device_kind_name(o.device));
   flags.value("--threads", "N",
               fmt::format("Threads for loading, building and rendering; 0: all cores [{}]", o.threads),
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });

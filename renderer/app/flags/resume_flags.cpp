@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/resume_flags.h"
 
+#include "renderer/app/flags/device_flag.h"
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/options.h"
@@ -31,6 +32,7 @@ void add_resume_flags(FlagSet& flags, ResumeOptions& o) {
   flags.value("--time-limit", "TIME", "Time limit of all runs together [unchanged]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
   flags.group("Machine");
+  add_device_flag(flags, o.device, "unchanged");
   flags.value("--threads", "N", "Threads; 0: all cores [unchanged]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
   flags.value("--checkpoint-every", "TIME", "Time between saves, the most that a crash can cost [unchanged]",

@@ -42,6 +42,7 @@ struct RenderOptions : WorldSettings, ImageSettings {
   std::optional<V2i> replay_pixel; // if set, one sample is replayed and no image is written
   uint32_t replay_sample = 0;
 
+  DeviceKind device = DeviceKind::cpu;
   int threads = 0; // 0: all cores
   int tile_size_px = 32;
   Schedule schedule = Schedule::tiles;

@@ -1,4 +1,4 @@
-// Adds threads, tiles and schedule of the command line to the settings of the render loop.
+// Adds device, threads, tiles and schedule of the command line to the settings of the render loop.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/render/render_image.h"
 
@@ -6,6 +6,7 @@ namespace kindling::app {
 
 RenderSettings make_render_settings(const RenderOptions& options, const V2i& size_px) {
   RenderSettings settings = to_render_settings(options, size_px);
+  settings.device = options.device;
   settings.threads = options.threads;
   settings.tile_size_px = options.tile_size_px;
   settings.schedule = options.schedule;

@@ -1,0 +1,58 @@
+# Kernels for NVIDIA GPUs, compiled by Debian's clang-19 alone: no CUDA toolkit, no vendor's header.
+#
+# Each source becomes bitcode; all of them are linked, optimized and translated to PTX together, so
+# that functions of different sources are inlined. Without clang-19 Kindling has no kernels for
+# GPUs.
+# SPDX-License-Identifier: Apache-2.0
+find_program(KINDLING_CLANG_19 clang++-19)
+find_path(KINDLING_IMATH_HEADERS ImathVec.h PATH_SUFFIXES Imath REQUIRED)
+mark_as_advanced(KINDLING_IMATH_HEADERS KINDLING_CLANG_19)
+
+# kindling_gpu_flags(VARIABLE): options of clang-19 for the sources that kernels call.
+function(kindling_gpu_flags variable)
+  # The headers are those of the host's compiler.
+  execute_process(COMMAND ${KINDLING_CLANG_19} -E -x c++ -v - INPUT_FILE /dev/null OUTPUT_QUIET ERROR_VARIABLE report)
+  string(REGEX REPLACE ".*search starts here:\n(.*)End of search list.*" "\\1" folders "${report}")
+  string(REGEX REPLACE "[ \n]+" ";" folders "${folders}")
+  list(REMOVE_ITEM folders "")
+  list(TRANSFORM folders PREPEND "-isystem")
+  set(${variable}
+    --target=nvptx64-nvidia-cuda -Xclang -target-cpu -Xclang sm_70 -O3 -std=c++20 -ffp-contract=off -fno-math-errno
+    -fno-trapping-math -fno-exceptions -fno-rtti -DNDEBUG -nostdinc ${folders} -isystem${KINDLING_IMATH_HEADERS} -I${PROJECT_SOURCE_DIR}
+    # The host's C library asks for its processor. <iostream>, which Imath includes, has global
+    # objects; its parts have none. <memory> has a loop that waits with an instruction of the host.
+    -D__x86_64__ -D_GNU_SOURCE -D_GLIBCXX_IOSTREAM -include istream "-D__builtin_ia32_pause()=void()"
+    PARENT_SCOPE)
+endfunction()
+
+# kindling_gpu_kernels(ENTRIES LIST OUTPUT): makes the PTX of a source with entry points and of
+# those in the file LIST.
+function(kindling_gpu_kernels entries list output)
+  kindling_gpu_flags(flags)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${list})
+  file(STRINGS ${list} sources REGEX "^[^#]")
+  set(link)
+  set(all_bitcode)
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/gpu)
+  foreach(source IN LISTS sources)
+    string(REPLACE "/" "_" name ${source})
+    set(bitcode ${folder}/${name}.bc)
+    add_custom_command(OUTPUT ${bitcode}
+      COMMAND ${KINDLING_CLANG_19} ${flags} -MD -MF ${bitcode}.d -MT ${bitcode} -c -emit-llvm ${PROJECT_SOURCE_DIR}/renderer/${source} -o ${bitcode}
+      DEPENDS ${PROJECT_SOURCE_DIR}/renderer/${source} DEPFILE ${bitcode}.d
+      COMMENT "Compiling ${source} for GPUs" VERBATIM)
+    list(APPEND all_bitcode ${bitcode})
+    list(APPEND link -Xclang -mlink-bitcode-file -Xclang ${bitcode})
+  endforeach()
+  # One file of all sources, of which the entry points take what they call.
+  file(MAKE_DIRECTORY ${folder})
+  file(WRITE ${folder}/empty.cpp "")
+  add_custom_command(OUTPUT ${folder}/sources.bc
+    COMMAND ${KINDLING_CLANG_19} ${flags} -O0 -Xclang -disable-llvm-passes -c -emit-llvm ${folder}/empty.cpp ${link} -o ${folder}/sources.bc
+    DEPENDS ${all_bitcode} VERBATIM COMMENT "Linking the sources for GPUs")
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${KINDLING_CLANG_19} ${flags} -MD -MF ${output}.d -MT ${output} -S ${entries}
+            -Xclang -mlink-builtin-bitcode -Xclang ${folder}/sources.bc -o ${output}
+    DEPENDS ${entries} ${folder}/sources.bc DEPFILE ${output}.d
+    COMMENT "Compiling the kernels for GPUs" VERBATIM)
+endfunction()

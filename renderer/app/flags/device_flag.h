@@ -1,0 +1,32 @@
+// The flag that names the device of a render.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/app/flags/flag_set.h"
+#include "renderer/device/make_device.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kindling::app {
+
+// `device`: a DeviceKind, or an optional one. `otherwise`: the meaning of its absence, for the
+// help.
+template <typename Device>
+void add_device_flag(FlagSet& flags, Device& device, std::string_view otherwise) {
+  std::vector<std::string> names;
+  for (const DeviceKind kind : kDeviceKinds) names.emplace_back(device_kind_name(kind));
+  const std::string help =
+      fmt::format("Device that renders: {}; does not change the image [{}]", join_choices(names), otherwise);
+  flags.value("--device", "NAME", help, [&device, names](auto text) -> Result<void> {
+    const std::optional<DeviceKind> kind = device_kind_from_name(text);
+    if (!kind) return unknown_name("device", text, names);
+    device = *kind;
+    return {};
+  });
+}
+
+} // namespace kindling::app

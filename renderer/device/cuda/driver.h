@@ -1,0 +1,73 @@
+// NVIDIA's driver, opened when a render asks for it: the few functions that Kindling calls.
+//
+// The library is no dependency of the program, so types, numbers and functions are declared here,
+// by NVIDIA's "CUDA Driver API" reference.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace kindling::cuda {
+
+using Status = int; // CUresult; 0: success
+using DeviceNumber = int;
+using Context = void*;
+using Module = void*;
+using Function = void*;
+using Stream = void*;
+using Address = unsigned long long; // CUdeviceptr
+
+// Values of CUdevice_attribute.
+inline constexpr int kMajorCapability = 75, kMinorCapability = 76;
+// Values of CUjit_option.
+inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
+
+// KINDLING_CUDA_FUNCTIONS(FUNCTION): FUNCTION(member, "name in the library", parameters).
+#define KINDLING_CUDA_FUNCTIONS(FUNCTION)                                                                              \
+  FUNCTION(init, "cuInit", (unsigned flags))                                                                           \
+  FUNCTION(driver_version, "cuDriverGetVersion", (int* version))                                                       \
+  FUNCTION(device_count, "cuDeviceGetCount", (int* count))                                                             \
+  FUNCTION(device, "cuDeviceGet", (DeviceNumber * device, int ordinal))                                                \
+  FUNCTION(device_name, "cuDeviceGetName", (char* name, int bytes, DeviceNumber device))                               \
+  FUNCTION(device_attribute, "cuDeviceGetAttribute", (int* value, int attribute, DeviceNumber device))                 \
+  FUNCTION(retain_context, "cuDevicePrimaryCtxRetain", (Context * context, DeviceNumber device))                       \
+  FUNCTION(release_context, "cuDevicePrimaryCtxRelease_v2", (DeviceNumber device))                                     \
+  FUNCTION(use_context, "cuCtxSetCurrent", (Context context))                                                          \
+  FUNCTION(synchronize, "cuCtxSynchronize", ())                                                                        \
+  FUNCTION(memory, "cuMemGetInfo_v2", (size_t * free_bytes, size_t * total_bytes))                                     \
+  FUNCTION(allocate, "cuMemAlloc_v2", (Address * address, size_t bytes))                                               \
+  FUNCTION(release, "cuMemFree_v2", (Address address))                                                                 \
+  FUNCTION(upload, "cuMemcpyHtoD_v2", (Address to, const void* from, size_t bytes))                                    \
+  FUNCTION(download, "cuMemcpyDtoH_v2", (void* to, Address from, size_t bytes))                                        \
+  FUNCTION(fill, "cuMemsetD8_v2", (Address to, unsigned char value, size_t bytes))                                     \
+  FUNCTION(load_module, "cuModuleLoadDataEx",                                                                          \
+           (Module * module, const void* image, unsigned option_count, int* options, void** values))                   \
+  FUNCTION(unload_module, "cuModuleUnload", (Module module))                                                           \
+  FUNCTION(function, "cuModuleGetFunction", (Function * function, Module module, const char* name))                    \
+  FUNCTION(launch, "cuLaunchKernel",                                                                                   \
+           (Function function, unsigned grid_x, unsigned grid_y, unsigned grid_z, unsigned block_x, unsigned block_y,  \
+            unsigned block_z, unsigned shared_bytes, Stream stream, void** parameters, void** extra))                  \
+  FUNCTION(error_name, "cuGetErrorName", (Status status, const char** name))                                           \
+  FUNCTION(error_text, "cuGetErrorString", (Status status, const char** text))
+
+// All functions are set.
+struct Driver {
+#define KINDLING_CUDA_MEMBER(member, name, parameters) Status(*member) parameters = nullptr;
+  KINDLING_CUDA_FUNCTIONS(KINDLING_CUDA_MEMBER)
+#undef KINDLING_CUDA_MEMBER
+  std::shared_ptr<void> library;
+
+  // Returns words for a failure: "out of memory (CUDA_ERROR_OUT_OF_MEMORY)".
+  [[nodiscard]] std::string words_for(Status status) const;
+};
+
+// Opens libcuda.so.1, or the library that KINDLING_CUDA_DRIVER names, and initializes it. Fails
+// (render_failed) if there is none, if it lacks a function, or if it is too old.
+[[nodiscard]] Result<Driver> open_driver();
+
+} // namespace kindling::cuda

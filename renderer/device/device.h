@@ -1,0 +1,98 @@
+// A device: a processor that runs kernels over many paths, in a memory of its own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/device/kernels/kernel_list.h"
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+namespace kindling {
+
+// Thrown where a device does not do what it is asked for: no memory, or it is lost. The message is
+// one line.
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Work is done in the order of the calls. One thread at a time may call a device.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  // For messages: "host", or the name of a GPU.
+  [[nodiscard]] virtual std::string name() const = 0;
+
+  // Returns an address in the device's memory, aligned to 256 bytes, that release() takes back. Its
+  // bytes are not initialized. Throws DeviceError if there is no room.
+  [[nodiscard]] virtual std::byte* allocate(size_t bytes) = 0;
+  virtual void release(std::byte* memory) noexcept = 0;
+  virtual void upload(std::span<const std::byte> from, std::byte* to) = 0;
+  virtual void download(const std::byte* from, std::span<std::byte> to) = 0;
+  virtual void clear(std::byte* memory, size_t bytes) = 0; // to zero bits
+
+  // Runs a kernel for the numbers in [0, count), in any order. `argument` is of the kernel's type
+  // (kernel_list.h); pointers in it are addresses of this device.
+  virtual void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) = 0;
+
+  // The number of paths that a wave should have.
+  [[nodiscard]] virtual uint32_t wave_size() const = 0;
+};
+
+// An array in the memory of a device.
+template <typename T>
+class DeviceArray {
+ public:
+  DeviceArray() = default;
+  DeviceArray(Device& device, size_t size) : device_(&device), size_(size) {
+    if (size > 0) data_ = reinterpret_cast<T*>(device.allocate(size * sizeof(T)));
+  }
+  DeviceArray(DeviceArray&& other) noexcept
+      : device_(other.device_), data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  DeviceArray& operator=(DeviceArray other) noexcept {
+    std::swap(device_, other.device_);
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~DeviceArray() {
+    if (data_ != nullptr) device_->release(reinterpret_cast<std::byte*>(data_));
+  }
+
+  [[nodiscard]] T* data() const { return data_; } // an address of the device
+  [[nodiscard]] size_t size() const { return size_; }
+  [[nodiscard]] std::span<T> span() const { return {data_, size_}; }
+  // The first elements, as many as the span has, or `count`.
+  void upload(std::span<const T> from) const {
+    assert(from.size() <= size_);
+    if (!from.empty()) device_->upload(std::as_bytes(from), bytes());
+  }
+  void download(std::span<T> to) const {
+    assert(to.size() <= size_);
+    if (!to.empty()) device_->download(bytes(), std::as_writable_bytes(to));
+  }
+  void clear(size_t count) const {
+    assert(count <= size_);
+    if (count > 0) device_->clear(bytes(), count * sizeof(T));
+  }
+
+ private:
+  [[nodiscard]] std::byte* bytes() const { return reinterpret_cast<std::byte*>(data_); }
+
+  Device* device_ = nullptr;
+  T* data_ = nullptr;
+  size_t size_ = 0;
+};
+
+} // namespace kindling

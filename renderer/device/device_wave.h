@@ -1,0 +1,82 @@
+// A wave on a device: which samples it has, and what they add to the film.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/device.h"
+#include "renderer/device/kernels/wave.h"
+#include "renderer/integrator/integrator.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kindling {
+
+// The plan of a wave and the memory that waves of all tracers have; derived classes follow the
+// samples. It is used for one wave after the other.
+class DeviceWave : public ThreadContext {
+ public:
+  // Takes samples of a block, the first of `samples`, as many as there is room for; returns how
+  // many of each pixel. `number`: the block's index in the list of take_results().
+  uint32_t take(size_t number, const PixelRect& block, const SampleRange& samples);
+  // Follows all samples to their end. False if the render was abandoned.
+  [[nodiscard]] virtual bool run(const Film& film) = 0;
+  // Adds the sums and the counts of the wave, and empties the plan.
+  void take_results(std::span<BlockWork> work, Film& film);
+
+ protected:
+  // `world`: for World::abandoned(). All references must outlive this.
+  DeviceWave(Device& device, const World& world, bool with_surfaces);
+
+  // Sets `wave` to the plan, with cleared sums for `film`.
+  void start(const Film& film, Wave& wave);
+  void download_sums();
+  template <typename Argument>
+  void launch(Kernel kernel, const Argument& argument, uint32_t count) {
+    device_.launch(kernel, std::as_bytes(std::span(&argument, 1)), count);
+  }
+  [[nodiscard]] bool abandoned() const { return world_.abandoned(); }
+  [[nodiscard]] Device& device() const { return device_; }
+  [[nodiscard]] uint32_t capacity() const { return capacity_; } // samples
+  [[nodiscard]] uint32_t sample_count() const { return sample_count_; }
+  [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
+
+ private:
+  // Sums of pixels or blocks, on the device and here.
+  template <typename Sum>
+  struct Sums {
+    DeviceArray<Sum> on_device;
+    std::vector<Sum> here;
+
+    // Makes room for `size` sums and clears them.
+    std::span<Sum> start(Device& device, size_t size) {
+      if (on_device.size() < size) on_device = DeviceArray<Sum>(device, size);
+      on_device.clear(size);
+      here.resize(size);
+      return on_device.span().first(size);
+    }
+    void download() { on_device.download(here); }
+  };
+
+  Device& device_;
+  const World& world_;
+  uint32_t capacity_;
+  uint32_t sample_count_ = 0, pixel_count_ = 0;
+  std::vector<WaveBlock> blocks_;
+  std::vector<size_t> numbers_; // of the blocks in the caller's list
+
+  DeviceArray<WaveBlock> device_blocks_;
+  DeviceArray<CameraSample> samples_;
+  DeviceArray<FilmSurface> surfaces_;
+  DeviceArray<WaveRays<uint32_t>> rays_;
+  DeviceArray<WaveLosses> losses_;
+  Sums<PixelSum> sums_;
+  Sums<MomentSum> moments_;
+  Sums<SurfaceSum> surface_sums_;
+  Sums<ComponentSum> components_;
+  Sums<ColorSum> outlier_blocks_;
+  Sums<WaveRays<uint64_t>> block_rays_;
+};
+
+} // namespace kindling

@@ -1,0 +1,34 @@
+// The kernels by name, with the type of their argument.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace kindling {
+
+struct PathWave;
+struct TreeWave;
+
+// KERNEL(name, argument): the function kernels::name(const argument&, uint32_t number).
+#define KINDLING_KERNELS(KERNEL)                                                                                       \
+  KERNEL(begin_path, PathWave)                                                                                         \
+  KERNEL(intersect, PathWave)                                                                                          \
+  KERNEL(shade, PathWave)                                                                                              \
+  KERNEL(trace_shadow, PathWave)                                                                                       \
+  KERNEL(finish_pixel, PathWave)                                                                                       \
+  KERNEL(begin_tree, TreeWave)                                                                                         \
+  KERNEL(take_node, TreeWave)                                                                                          \
+  KERNEL(trace_node, TreeWave)                                                                                         \
+  KERNEL(finish_tree_pixel, TreeWave)
+
+enum class Kernel : uint8_t {
+#define KINDLING_KERNEL_NAME(name, argument) name,
+  KINDLING_KERNELS(KINDLING_KERNEL_NAME)
+#undef KINDLING_KERNEL_NAME
+};
+#define KINDLING_ONE(name, argument) +1
+inline constexpr size_t kKernelCount = 0 KINDLING_KERNELS(KINDLING_ONE);
+#undef KINDLING_ONE
+
+} // namespace kindling

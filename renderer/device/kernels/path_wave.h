@@ -1,0 +1,40 @@
+// The memory of a wave of the path tracer.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/ray.h"
+#include "renderer/device/kernels/wave.h"
+#include "renderer/integrator/stages/path_stages.h"
+#include "renderer/integrator/stages/path_state.h"
+
+#include <cstdint>
+
+namespace kindling {
+
+// A list that kernels append to, in any order.
+struct WaveQueue {
+  uint32_t* count = nullptr;
+  uint32_t* paths = nullptr;
+
+  // Returns the place of a new entry.
+  [[nodiscard]] uint32_t take_place() const { return __atomic_fetch_add(count, 1U, __ATOMIC_RELAXED); }
+  void append(uint32_t path) const { paths[take_place()] = path; }
+};
+
+// The argument of the kernels of path_kernels.h. A path keeps its number, its slot, until the end
+// of the wave: that of its sample.
+struct PathWave : Wave {
+  // By path.
+  PathState* states = nullptr;
+  MediumStack* media = nullptr; // where the state is in_medium
+  accel::Ray* path_rays = nullptr;
+  accel::Hit* hits = nullptr;
+  // Paths that continue, and those of the next bounce.
+  WaveQueue active, next;
+  // Shadow rays of this bounce; at most one for each path.
+  WaveQueue shadows; // without `paths`
+  accel::Ray* shadow_rays = nullptr;
+  ShadowRecord* shadow_records = nullptr;
+};
+
+} // namespace kindling

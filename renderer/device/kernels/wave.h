@@ -1,0 +1,52 @@
+// The memory of a wave: samples that a device follows together, from the camera to the film.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/kernels/device_scene.h"
+#include "renderer/film/film_view.h"
+#include "renderer/integrator/stages/camera_sample.h"
+
+#include <cstdint>
+#include <span>
+
+namespace kindling {
+
+// Samples of the pixels of one block. Samples and pixels are consecutive in the wave: all samples
+// of a pixel, then those of the next pixel, row by row.
+struct WaveBlock {
+  V2i corner{0}; // the upper left pixel
+  uint32_t width = 0, height = 0;
+  uint32_t first_index = 0; // of the samples in their pixel
+  uint32_t samples = 0;     // of each pixel
+  uint32_t first_sample = 0;
+  uint32_t first_pixel = 0;
+};
+
+// Counts of rays, of a sample or of a block. Reflections and refractions are among the bounces, and
+// counted by the Whitted tracer alone.
+template <typename Count>
+struct WaveRays {
+  Count bounces = 0, shadows = 0, reflections = 0, refractions = 0;
+};
+
+// Samples of a wave that were dropped because their radiance was not finite.
+struct WaveLosses {
+  static constexpr uint64_t kNone = ~uint64_t{0};
+
+  uint64_t count = 0;
+  uint64_t first = kNone; // the least of them, by index, row and column: 32, 16 and 16 bits
+};
+
+// The part of a wave that all tracers have.
+struct Wave {
+  const DeviceScene* scene = nullptr;
+  std::span<const WaveBlock> blocks;
+  CameraSample* samples = nullptr;
+  FilmSurface* surfaces = nullptr; // by sample; null if no AOV needs it
+  WaveRays<uint32_t>* rays = nullptr;
+  FilmView film; // by pixel
+  WaveRays<uint64_t>* block_rays = nullptr;
+  WaveLosses* losses = nullptr;
+};
+
+} // namespace kindling

@@ -1,0 +1,88 @@
+// Steps that the kernels of all tracers share: places in a wave, camera rays and film samples.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/kernels/wave.h"
+#include "renderer/integrator/stages/camera_ray.h"
+
+#include <cstdint>
+
+namespace kindling::kernels {
+
+// Returns the index of the block in which `number` lies, a sample or a pixel by kFirst.
+template <uint32_t WaveBlock::*kFirst>
+[[nodiscard]] inline uint32_t block_of(const Wave& wave, uint32_t number) {
+  uint32_t first = 0, last = static_cast<uint32_t>(wave.blocks.size());
+  while (last - first > 1) {
+    const uint32_t middle = (first + last) / 2;
+    (wave.blocks[middle].*kFirst <= number ? first : last) = middle;
+  }
+  return first;
+}
+
+// Starts sample `slot`; returns its camera ray.
+[[nodiscard]] inline accel::Ray begin_sample(const Wave& wave, uint32_t slot) {
+  const DeviceScene& scene = *wave.scene;
+  const WaveBlock& block = wave.blocks[block_of<&WaveBlock::first_sample>(wave, slot)];
+  const uint32_t within = slot - block.first_sample, pixel = within / block.samples;
+  CameraSample sample;
+  sample.pixel = block.corner + V2i(static_cast<int>(pixel % block.width), static_cast<int>(pixel / block.width));
+  sample.sample_index = block.first_index + within % block.samples;
+  sample.address = scene.sampler.address(sample.pixel, sample.sample_index);
+  const accel::Ray ray = make_camera_ray(scene.camera, scene.filter, draw_camera(scene.camera, sample.address), sample);
+  wave.samples[slot] = sample;
+  wave.rays[slot] = {};
+  if (wave.surfaces != nullptr) wave.surfaces[slot] = FilmSurface{};
+  return ray;
+}
+
+inline void add_loss(WaveLosses& losses, const CameraSample& sample) {
+  const uint64_t here = uint64_t{sample.sample_index} << 32 | static_cast<uint64_t>(sample.pixel.y) << 16 |
+                        static_cast<uint64_t>(sample.pixel.x);
+  __atomic_fetch_add(&losses.count, uint64_t{1}, __ATOMIC_RELAXED);
+  uint64_t first = __atomic_load_n(&losses.first, __ATOMIC_RELAXED);
+  while (here < first &&
+         !__atomic_compare_exchange_n(&losses.first, &first, here, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+}
+
+// A sample that is finished.
+struct FinishedSample {
+  Rgb radiance;
+  float alpha = 1.0f;
+  Rgb emission{0.0f}, direct{0.0f}; // for AOVs
+};
+
+// Adds the samples of a pixel to its sums. `finished(slot)` returns a FinishedSample.
+template <typename Finished>
+inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished) {
+  const uint32_t number = block_of<&WaveBlock::first_pixel>(wave, pixel);
+  const WaveBlock& block = wave.blocks[number];
+  const uint32_t first = block.first_sample + (pixel - block.first_pixel) * block.samples;
+  WaveRays<uint64_t> rays;
+  for (uint32_t slot = first; slot < first + block.samples; ++slot) {
+    const CameraSample& sample = wave.samples[slot];
+    rays.bounces += wave.rays[slot].bounces;
+    rays.shadows += wave.rays[slot].shadows;
+    rays.reflections += wave.rays[slot].reflections;
+    rays.refractions += wave.rays[slot].refractions;
+    const FinishedSample done = finished(slot);
+    if (!is_finite(done.radiance)) {
+      add_loss(*wave.losses, sample);
+      continue;
+    }
+    wave.film.add(pixel, {done.radiance, done.alpha, sample.filter_weight, sample.sample_index});
+    if (wave.surfaces == nullptr) continue;
+    FilmSurface& surface = wave.surfaces[slot];
+    surface.emission = done.emission;
+    surface.direct = done.direct;
+    wave.film.add_surface(pixel, surface, sample.filter_weight);
+  }
+  WaveRays<uint64_t>& sum = wave.block_rays[number];
+  __atomic_fetch_add(&sum.bounces, rays.bounces, __ATOMIC_RELAXED);
+  __atomic_fetch_add(&sum.shadows, rays.shadows, __ATOMIC_RELAXED);
+  __atomic_fetch_add(&sum.reflections, rays.reflections, __ATOMIC_RELAXED);
+  __atomic_fetch_add(&sum.refractions, rays.refractions, __ATOMIC_RELAXED);
+}
+
+} // namespace kindling::kernels

@@ -1,0 +1,32 @@
+// Waves of the path tracer.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/device_wave.h"
+#include "renderer/device/kernels/path_wave.h"
+
+namespace kindling {
+
+class PathWaveRunner final : public DeviceWave {
+ public:
+  PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, bool with_surfaces);
+
+  [[nodiscard]] bool run(const Film& film) override;
+
+ private:
+  // Counts of the queues, which are cleared and read together.
+  struct QueueCounts {
+    uint32_t next = 0, shadows = 0;
+  };
+
+  PathWave wave_;
+  DeviceArray<PathState> states_;
+  DeviceArray<MediumStack> media_;
+  DeviceArray<accel::Ray> rays_, shadow_rays_;
+  DeviceArray<accel::Hit> hits_;
+  DeviceArray<uint32_t> active_, next_;
+  DeviceArray<QueueCounts> queue_counts_;
+  DeviceArray<ShadowRecord> shadow_records_;
+};
+
+} // namespace kindling

@@ -1,0 +1,43 @@
+// A scene in the memory of a device, for the kernels.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/device/device.h"
+#include "renderer/device/kernels/device_scene.h"
+#include "renderer/guiding/guide.h"
+#include "renderer/world/world.h"
+
+#include <cstddef>
+
+namespace kindling {
+
+// The parts of a scene on a device. References must live while the scene is made, no longer.
+struct DeviceSceneInput {
+  const World& world; // its accelerator is a kd-tree
+  const CameraView& camera;
+  const PathStages& stages;    // made for the same world, camera and guide, in the processor's memory
+  const WhittedShader& shader; // likewise
+  Sampler sampler;
+  PixelFilter filter;
+};
+
+// Fails (usage) if no device can render the world, with the reason.
+[[nodiscard]] Result<void> check_device_scene(const World& world);
+
+// Returns the bytes that a scene takes on a device.
+[[nodiscard]] size_t device_bytes(const DeviceSceneInput& input);
+
+class SceneOnDevice {
+ public:
+  // Throws DeviceError if the device has no room. The input has passed check_device_scene().
+  SceneOnDevice(Device& device, const DeviceSceneInput& input);
+
+  [[nodiscard]] const DeviceScene* address() const { return reinterpret_cast<const DeviceScene*>(memory_.data()); }
+  [[nodiscard]] size_t bytes() const { return memory_.size(); }
+
+ private:
+  DeviceArray<std::byte> memory_;
+};
+
+} // namespace kindling

@@ -1,0 +1,125 @@
+// The arrays of each view, for functions that copy them.
+//
+// for_each_array(view, f) calls f(span) for every array; f may set the span to a copy. An array of
+// views is one array: those of its elements are not visited.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/view.h"
+#include "renderer/camera/camera.h"
+#include "renderer/guiding/light_selection_tree.h"
+#include "renderer/light/light_set_view.h"
+#include "renderer/light/per_light_sampling.h"
+#include "renderer/texture/procedural_texture.h"
+#include "renderer/texture/texture.h"
+#include "renderer/world/world_view.h"
+
+#include <cstddef>
+#include <span>
+
+namespace kindling {
+
+template <class F>
+void for_each_array(GeometryView& geometry, F&& f) {
+  f(geometry.positions);
+  f(geometry.indices);
+  f(geometry.attributes);
+  f(geometry.later_positions);
+  f(geometry.later_frames);
+}
+
+// The texels must be in memory, not in pages.
+template <class F>
+void for_each_array(TextureView& texture, F&& f) {
+  for (TextureView::Level& level : texture.levels) {
+    const auto texels = static_cast<size_t>(level.width) * static_cast<size_t>(level.height);
+    std::span<const std::byte> bytes(level.pixels, level.pixels == nullptr ? 0 : texels * texture.pixel_bytes);
+    f(bytes);
+    level.pixels = bytes.data();
+  }
+}
+
+template <class F>
+void for_each_array(ProceduralTextureView& texture, F&& f) {
+  f(texture.program.instructions);
+  f(texture.program.constants);
+  f(texture.program.footprints);
+  f(texture.program.frequencies);
+  f(texture.streams);
+}
+
+template <class F>
+void for_each_array(LightProfileView& profile, F&& f) {
+  f(profile.vertical_deg);
+  f(profile.horizontal_deg);
+  f(profile.candela);
+}
+
+template <class F>
+void for_each_array(EnvironmentView& environment, F&& f) {
+  f(environment.texels);
+  f(environment.distribution.rows.cdf);
+  f(environment.distribution.rows.guide);
+  f(environment.distribution.cdfs);
+  f(environment.distribution.guides);
+  f(environment.row_factors);
+}
+
+// Emission::texture refers to an element of WorldView::textures and is not followed.
+template <class F>
+void for_each_array(LightSetView& lights, F&& f) {
+  f(lights.emissions);
+  f(lights.triangles);
+  f(lights.uvs);
+  f(lights.moving);
+  f(lights.later_corners);
+  f(lights.punctuals);
+  f(lights.profiles);
+  f(lights.frames);
+  f(lights.spheres.spheres);
+  f(lights.spheres.nodes);
+  f(lights.disks);
+  f(lights.tree.nodes);
+  f(lights.tree.emitters);
+  f(lights.tree.places);
+  for_each_array(lights.environment, f);
+}
+
+template <class F>
+void for_each_array(WorldView& world, F&& f) {
+  f(world.textures);
+  for_each_array(world.lights, f);
+  f(world.geometries);
+  f(world.materials);
+  f(world.layer_materials);
+  f(world.media);
+  f(world.procedurals.textures);
+  f(world.procedurals.images);
+  f(world.procedurals.instances);
+  f(world.instances);
+  f(world.motions);
+  f(world.first_emissive);
+  f(world.covers);
+  f(world.contacts.table);
+  f(world.contacts.rows);
+}
+
+// PerLightView::lights is not followed.
+template <class F>
+void for_each_array(PerLightView& lights, F&& f) {
+  f(lights.entries);
+  f(lights.sums);
+}
+
+template <class F>
+void for_each_array(CameraView& camera, F&& f) {
+  f(camera.keys);
+}
+
+template <class F>
+void for_each_array(LightSelectionTreeView& tree, F&& f) {
+  f(tree.nodes);
+  f(tree.probabilities);
+}
+
+} // namespace kindling

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Checks the PTX of the kernels, and with --ptxas prints what NVIDIA's assembler makes of it.
+
+usage: check_kernels.py PTX [--ptxas PROGRAM] [--arch sm_90]
+Checked are
+ - arithmetic: every operation rounds to nearest, none is approximate or flushes denormal numbers; products and sums are
+   fused where the triangle test asks for it, nowhere else;
+ - symbols: nothing is declared outside, no call is through a pointer, no function calls itself on any way, so the depth
+   of the stack is known;
+ - stack: the arrays of a kernel and of what it calls, on the deepest way, have at most the bytes of STACK_BYTES.
+ptxas (of PyPI's nvidia-cuda-nvcc) adds registers, spilled values and its own stack to the table, and checks nothing.
+Exit code 0 if all hold, 1 with a line for each finding."""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import functools
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "accel"))
+from check_ptx import ARITHMETIC, functions, local_bytes  # noqa: E402
+
+# Bytes of stack by kernel.
+STACK_BYTES = {
+    "kindling_begin_path": 128,
+    "kindling_intersect": 8192,
+    "kindling_shade": 10240,
+    "kindling_trace_shadow": 10240,
+    "kindling_finish_pixel": 128,
+    "kindling_begin_tree": 256,
+    "kindling_take_node": 128,
+    "kindling_trace_node": 16384,
+    "kindling_finish_tree_pixel": 128,
+}
+# Functions into which the triangle test is compiled, by their names.
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:intersect|trace_shadow|trace_node)$|7kernels(?:9intersect|12trace_shadow|10trace_node)")
+CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
+
+
+def findings(ptx, stack_of):
+    """A line for each rule that is broken."""
+    for operation in sorted(set(ARITHMETIC.findall(ptx))):
+        if ".rn." not in operation or ".ftz" in operation:
+            yield f"{operation}: arithmetic must round to nearest and keep denormal numbers"
+    for name, body in functions(ptx).items():
+        if re.search(r"\b(?:fma|mad)\.[a-z0-9.]*f(?:32|64)\b", body) and not TESTS_TRIANGLES.search(name):
+            yield f"{name}: has a fused operation, and should not test triangles"
+    for word in (".approx", ".ftz", ".callprototype", ".extern"):
+        if word in ptx:
+            yield f"{word} occurs"
+    entries = set(re.findall(r"\.entry\s+([\w$]+)\(", ptx))
+    for name in sorted(entries ^ STACK_BYTES.keys()):
+        yield f"{name}: is in the PTX or in STACK_BYTES, not in both"
+    for name in sorted(entries & STACK_BYTES.keys()):
+        if stack_of(name) > STACK_BYTES[name]:
+            yield f"{name}: {stack_of(name)} bytes of stack, more than {STACK_BYTES[name]}"
+
+
+def deepest_stack(bodies):
+    """A function: name to bytes of arrays on the deepest way from it. Ends the program where one calls itself."""
+    on_the_way = []
+
+    @functools.cache
+    def stack_of(name):
+        if name in on_the_way:
+            sys.exit(f"{name} calls itself: {' '.join(on_the_way)}")
+        on_the_way.append(name)
+        deepest = max((stack_of(called) for called in CALL.findall(bodies[name])), default=0)
+        on_the_way.pop()
+        return local_bytes(bodies[name]) + deepest
+
+    return stack_of
+
+
+def assembled(ptxas, arch, ptx):
+    """By kernel: registers, bytes of stack and of spilled values."""
+    report = subprocess.run([ptxas, f"-arch={arch}", "-v", ptx, "-o", "/dev/null"], check=True, capture_output=True, text=True)
+    text = report.stdout + report.stderr
+    found = {}
+    for part in text.split("Compiling entry function")[1:]:
+        name = re.search(r"'(\w+)'", part)[1]
+        registers = int(re.search(r"Used (\d+) registers", part)[1])
+        stack = re.search(r"(\d+) bytes cumulative stack size", part)
+        found[name] = (registers, int(stack[1]) if stack else 0)
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__)
+    parser.add_argument("ptx", type=pathlib.Path)
+    parser.add_argument("--ptxas")
+    parser.add_argument("--arch", default="sm_90")
+    arguments = parser.parse_args()
+    ptx = arguments.ptx.read_text(encoding="utf-8")
+    bodies = functions(ptx)
+    stack_of = deepest_stack(bodies)
+    found = list(findings(ptx, stack_of))
+    by_ptxas = assembled(arguments.ptxas, arguments.arch, arguments.ptx) if arguments.ptxas else {}
+    print("| kernel | arrays on the stack, bytes | registers | stack with spills, bytes |\n|---|---|---|---|")
+    for name in STACK_BYTES.keys() & bodies.keys():
+        registers, stack = by_ptxas.get(name, ("", ""))
+        print(f"| {name.removeprefix('kindling_')} | {stack_of(name)} | {registers} | {stack} |")
+    for line in found:
+        print(line, file=sys.stderr)
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

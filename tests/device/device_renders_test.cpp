@@ -1,0 +1,186 @@
+// The host device renders the images of the CPU, to the bit, for all settings.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/render_session.h"
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace kindling::test {
+namespace {
+
+const V2i kSize(75, 53); // not a multiple of anything
+
+Camera camera_with(const CameraLens& lens = {}) {
+  SceneCamera camera;
+  camera.lens = lens;
+  return {camera, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize};
+}
+
+RenderSettings all_aovs(uint32_t samples) {
+  RenderSettings settings = small_render(kSize, samples);
+  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  return settings;
+}
+
+Film film_of(const World& world, const Camera& camera, const RenderSettings& settings) {
+  Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok()) << outcome.error().message;
+  return std::move(outcome).value().film;
+}
+
+void expect_same_on_device(const World& world, const RenderSettings& settings, const Camera& camera = camera_with()) {
+  const Film reference = film_of(world, camera, settings);
+  RenderSettings on_device = settings;
+  on_device.device = DeviceKind::host;
+  on_device.threads = 2;
+  expect_same_bits(film_of(world, camera, on_device), reference, "the host device");
+}
+
+TEST(DeviceRenders, AllMaterialsAndAovs) { expect_same_on_device(*mixed_world(accel::Kind::kdtree), all_aovs(7)); }
+
+TEST(DeviceRenders, Motion) {
+  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, {.shutter_open = true});
+  expect_same_on_device(*moving_world(accel::Kind::kdtree), all_aovs(5), camera);
+}
+
+TEST(DeviceRenders, DepthOfField) {
+  const CameraLens lens{
+      .f_stop = 0.5f, .focal_length_m = 0.1f, .focus_distance_m = 5.0f, .aperture_blades = 5, .cats_eye = 0.5f};
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), all_aovs(5), camera_with(lens));
+}
+
+TEST(DeviceRenders, SamplersAndFilters) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  for (const SamplerKind sampler : {SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered}) {
+    RenderSettings settings = small_render(kSize, 4);
+    settings.sampler = sampler;
+    settings.filter = PixelFilter({.kind = FilterKind::mitchell});
+    expect_same_on_device(*world, settings);
+  }
+}
+
+TEST(DeviceRenders, ClampsCausticsAndTrimming) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  for (const Caustics caustics : {Caustics::regularized, Caustics::off}) {
+    RenderSettings settings = all_aovs(11);
+    settings.integrator.caustics = caustics;
+    settings.integrator.clamp_indirect = 0.5f;
+    settings.outliers = Outliers::trim;
+    expect_same_on_device(*world, settings);
+  }
+}
+
+TEST(DeviceRenders, Guiding) {
+  RenderSettings settings = small_render(kSize, 64);
+  settings.guiding = Guiding::on;
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+}
+
+TEST(DeviceRenders, WhittedTrees) {
+  for (const int strata : {1, 3}) {
+    RenderSettings settings = all_aovs(3);
+    settings.integrator.kind = IntegratorKind::whitted;
+    settings.integrator.whitted.glossy_strata = settings.integrator.whitted.light_strata = strata;
+    settings.integrator.transparent_background = strata > 1;
+    expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+    const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, {.shutter_open = true});
+    expect_same_on_device(*moving_world(accel::Kind::kdtree), settings, camera);
+  }
+}
+
+TEST(DeviceRenders, CropsAndSampleRanges) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  RenderSettings settings = all_aovs(9);
+  settings.crop = PixelRect{V2i(13, 9), V2i(50, 41)};
+  settings.samples = SampleRange{3, 8};
+  expect_same_on_device(*world, settings);
+}
+
+// Decisions depend on the rays of each block, which the device counts too.
+TEST(DeviceRenders, AdaptiveSampling) {
+  RenderSettings settings = small_render(kSize, 100);
+  settings.adaptive = {.noise_threshold = 0.06, .min_samples_per_pixel = 20};
+  settings.aovs.insert(Aov::samples);
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+}
+
+TEST(DeviceRenders, CountsTheSameRays) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted}) {
+    RenderSettings settings = small_render(kSize, 3);
+    settings.integrator.kind = kind;
+    const auto rays_on = [&](DeviceKind device) {
+      settings.device = device;
+      return render(*world, camera_with(), settings, nullptr, nullptr).value().statistics.rays;
+    };
+    const RayCounters cpu = rays_on(DeviceKind::cpu), host = rays_on(DeviceKind::host);
+    EXPECT_EQ(host.camera, cpu.camera);
+    EXPECT_EQ(host.bounce, cpu.bounce);
+    EXPECT_EQ(host.shadow, cpu.shadow);
+    EXPECT_EQ(host.paths, cpu.paths);
+    EXPECT_EQ(host.whitted.reflection, cpu.whitted.reflection);
+    EXPECT_EQ(host.whitted.transmission, cpu.whitted.transmission);
+  }
+}
+
+// Shapes of the sums: all terms, in any order and by several threads, give one sum.
+TEST(DeviceRenders, AtomicSumsAreExact) {
+  using Sum = ExactSum<64, 52, 11>;
+  Sum plain, shared;
+  std::vector<double> terms;
+  uint32_t hash = 1;
+  for (int i = 0; i < 40000; ++i) {
+    hash = hash_u32(hash);
+    const double size = std::ldexp(static_cast<double>(hash), -40 + static_cast<int>(hash % 60));
+    terms.push_back((hash & 64U) != 0 ? size : -size);
+  }
+  for (const double term : terms) plain.add(term);
+  {
+    std::vector<std::jthread> threads;
+    for (size_t t = 0; t < 4; ++t)
+      threads.emplace_back([&, t] {
+        for (size_t i = t; i < terms.size(); i += 4) shared.add_atomically(terms[i]);
+      });
+  }
+  EXPECT_EQ(shared, plain);
+}
+
+// Half of the samples by one device and the rest by the other: saved in between, and resumed.
+TEST(DeviceRenders, ResumeWhereAnotherDeviceStopped) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  const Film reference = film_of(*world, camera_with(), all_aovs(8));
+  for (const DeviceKind first : {DeviceKind::cpu, DeviceKind::host}) {
+    RenderSettings settings = all_aovs(4);
+    settings.planned_samples = 8;
+    settings.device = first;
+    std::optional<RenderState> saved;
+    ASSERT_TRUE(render(*world, camera_with(), settings, nullptr, nullptr,
+                       {.save = [&](const RenderState& state) { saved.emplace(state); }}));
+    ASSERT_TRUE(saved);
+    settings.samples_per_pixel = 8;
+    settings.device = first == DeviceKind::cpu ? DeviceKind::host : DeviceKind::cpu;
+    Result<RenderOutcome> whole =
+        render(*world, camera_with(), settings, nullptr, nullptr, {.resume_from = std::move(saved)});
+    ASSERT_TRUE(whole);
+    expect_same_bits(whole.value().film, reference, std::string(device_kind_name(first)) + " first");
+  }
+}
+
+TEST(DeviceRenders, RefuseAcceleratorsWithoutATree) {
+  RenderSettings settings = small_render(kSize, 1);
+  settings.device = DeviceKind::host;
+  const Result<RenderOutcome> embree =
+      render(*mixed_world(accel::Kind::embree), camera_with(), settings, nullptr, nullptr);
+  ASSERT_FALSE(embree);
+  EXPECT_EQ(embree.error().kind, ErrorKind::usage);
+  EXPECT_NE(embree.error().message.find("--accel kdtree"), std::string::npos) << embree.error().message;
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,163 @@
+// A stand-in for NVIDIA's driver: memory of the host, and kernels that a test program runs.
+//
+// FAKE_CUDA in the environment names what fails, as words separated by spaces:
+//   init=CODE         the driver does not start
+//   version=10020     the version of CUDA that it supports
+//   devices=0         the number of GPUs
+//   capability=60     of the GPU
+//   memory=BYTES      that can be allocated in all
+//   compile=CODE      the kernels do not compile
+//   lost=N            the GPU is lost at the launch after N others, and stays lost
+// SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+namespace {
+
+constexpr int kOutOfMemory = 2, kNotFound = 500, kLost = 719;
+
+long setting(std::string_view name, long otherwise) {
+  const char* const text = std::getenv("FAKE_CUDA");
+  std::istringstream words(text != nullptr ? text : "");
+  for (std::string word; words >> word;) {
+    const size_t equals = word.find('=');
+    if (equals != std::string::npos && std::string_view(word).substr(0, equals) == name)
+      return std::atol(word.c_str() + equals + 1);
+  }
+  return otherwise;
+}
+
+std::map<void*, size_t> allocated;
+size_t allocated_bytes = 0;
+long launches = 0;
+bool lost = false;
+int context = 0, module = 0;
+
+int when_alive(int status) { return lost ? kLost : status; }
+
+} // namespace
+
+extern "C" {
+
+// Set by a test program: runs kernel `name` for the numbers in [0, count). Without it kernels do
+// nothing.
+void (*fake_cuda_run)(const char* name, const void* argument, unsigned count) = nullptr;
+// The number of allocations that were not released.
+size_t fake_cuda_allocations() { return allocated.size(); }
+
+int cuInit(unsigned) {
+  launches = 0;
+  lost = false;
+  return static_cast<int>(setting("init", 0));
+}
+int cuDriverGetVersion(int* version) {
+  *version = static_cast<int>(setting("version", 13000));
+  return 0;
+}
+int cuDeviceGetCount(int* count) {
+  *count = static_cast<int>(setting("devices", 1));
+  return 0;
+}
+int cuDeviceGet(int* device, int ordinal) {
+  *device = ordinal;
+  return 0;
+}
+int cuDeviceGetName(char* name, int bytes, int) {
+  std::snprintf(name, static_cast<size_t>(bytes), "Fake GPU");
+  return 0;
+}
+int cuDeviceGetAttribute(int* value, int attribute, int) {
+  const long capability = setting("capability", 90);
+  *value = static_cast<int>(attribute == 75 ? capability / 10 : capability % 10);
+  return 0;
+}
+int cuDevicePrimaryCtxRetain(void** retained, int) {
+  *retained = &context;
+  return 0;
+}
+int cuDevicePrimaryCtxRelease_v2(int) { return 0; }
+int cuCtxSetCurrent(void*) { return 0; }
+int cuCtxSynchronize() { return when_alive(0); }
+int cuMemGetInfo_v2(size_t* free_bytes, size_t* total_bytes) {
+  *total_bytes = static_cast<size_t>(setting("memory", 1L << 40));
+  *free_bytes = *total_bytes - allocated_bytes;
+  return when_alive(0);
+}
+int cuMemAlloc_v2(unsigned long long* address, size_t bytes) {
+  if (lost) return kLost;
+  if (allocated_bytes + bytes > static_cast<size_t>(setting("memory", 1L << 40))) return kOutOfMemory;
+  void* const memory = std::aligned_alloc(256, (bytes + 255) / 256 * 256);
+  if (memory == nullptr) return kOutOfMemory;
+  allocated[memory] = bytes;
+  allocated_bytes += bytes;
+  *address = reinterpret_cast<unsigned long long>(memory);
+  return 0;
+}
+int cuMemFree_v2(unsigned long long address) {
+  void* const memory = reinterpret_cast<void*>(address);
+  const auto found = allocated.find(memory);
+  if (found == allocated.end()) return kNotFound;
+  allocated_bytes -= found->second;
+  allocated.erase(found);
+  std::free(memory);
+  return when_alive(0);
+}
+int cuMemcpyHtoD_v2(unsigned long long to, const void* from, size_t bytes) {
+  if (lost) return kLost;
+  std::memcpy(reinterpret_cast<void*>(to), from, bytes);
+  return 0;
+}
+int cuMemcpyDtoH_v2(void* to, unsigned long long from, size_t bytes) {
+  if (lost) return kLost;
+  std::memcpy(to, reinterpret_cast<const void*>(from), bytes);
+  return 0;
+}
+int cuMemsetD8_v2(unsigned long long to, unsigned char value, size_t bytes) {
+  if (lost) return kLost;
+  std::memset(reinterpret_cast<void*>(to), value, bytes);
+  return 0;
+}
+int cuModuleLoadDataEx(void** loaded, const void* image, unsigned options, int* names, void** values) {
+  if (const long status = setting("compile", 0); status != 0) {
+    for (unsigned i = 0; i < options; ++i)
+      if (names[i] == 5) std::snprintf(static_cast<char*>(values[i]), 64, "line 7: unknown instruction\nmore");
+    return static_cast<int>(status);
+  }
+  *loaded = &module;
+  return std::strstr(static_cast<const char*>(image), ".version") != nullptr ? 0 : 200;
+}
+int cuModuleUnload(void*) { return when_alive(0); }
+int cuModuleGetFunction(void** function, void*, const char* name) {
+  static std::map<std::string, std::string> names; // the address of a name is the function
+  *function = &names.try_emplace(name, name).first->second;
+  return 0;
+}
+int cuLaunchKernel(void* function, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, void*,
+                   void** parameters, void**) {
+  if (launches++ >= setting("lost", 1L << 40)) lost = true;
+  if (lost) return kLost;
+  if (fake_cuda_run != nullptr) {
+    const auto argument = *static_cast<unsigned long long*>(parameters[0]);
+    fake_cuda_run(static_cast<std::string*>(function)->c_str(), reinterpret_cast<const void*>(argument),
+                  *static_cast<unsigned*>(parameters[1]));
+  }
+  return 0;
+}
+int cuGetErrorName(int status, const char** name) {
+  *name = status == kOutOfMemory ? "CUDA_ERROR_OUT_OF_MEMORY"
+          : status == kLost      ? "CUDA_ERROR_LAUNCH_FAILED"
+                                 : "CUDA_ERROR";
+  return 0;
+}
+int cuGetErrorString(int status, const char** text) {
+  *text = status == kOutOfMemory ? "out of memory" : status == kLost ? "unspecified launch failure" : "a failure";
+  return 0;
+}
+
+} // extern "C"
