@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/on_gpu.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -19,7 +21,7 @@ namespace kindling {
 // Rounds to nearest, ties to even; |x| < 2^63. std::llrint() is one instruction of processors, and
 // missing on GPUs.
 [[nodiscard]] inline int64_t round_to_int64(double x) {
-#if defined(__NVPTX__) || defined(__AMDGCN__)
+#if KINDLING_ON_GPU
   return static_cast<int64_t>(__builtin_nearbyint(x));
 #else
   return std::llrint(x);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/on_gpu.h"
+
 #include <half.h>
 
 #include <bit>
@@ -15,7 +17,7 @@ namespace kindling {
 
 // A processor without F16C looks it up in Imath's table; GPUs have an instruction.
 [[nodiscard]] inline float half_to_float(uint16_t bits) {
-#if defined(__NVPTX__) || defined(__AMDGCN__)
+#if KINDLING_ON_GPU
   return static_cast<float>(std::bit_cast<_Float16>(bits));
 #elif defined(__F16C__)
   return _cvtsh_ss(bits);

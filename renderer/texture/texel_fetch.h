@@ -47,6 +47,13 @@ struct TexelReader {
   static constexpr float kScale = !kRaw ? 1.0f : kType == PixelType::u8 ? 1.0f / 255.0f : 1.0f / 65535.0f;
   static constexpr bool kHasAlpha = kChannels == 2 || kChannels == 4;
 
+  // The same for look-ups, whose reader may be an AnyTexelReader.
+  static constexpr size_t kMaxBytes = kBytes;
+  [[nodiscard]] static constexpr size_t bytes() { return kBytes; }
+  [[nodiscard]] static constexpr float scale() { return kScale; }
+  [[nodiscard]] static constexpr int channel_count() { return kChannels; }
+  [[nodiscard]] static constexpr bool has_alpha() { return kHasAlpha; }
+
   // Returns channel `index` of the stored channels. Alpha is never sRGB.
   [[nodiscard]] static float channel(const std::byte* texel, int index) {
     const std::byte* at = texel + static_cast<size_t>(index) * kChannelBytes;
