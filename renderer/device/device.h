@@ -19,6 +19,9 @@
 
 namespace kindling {
 
+// The number of paths that are followed together.
+inline constexpr uint32_t kWaveSize = 1U << 20;
+
 // Thrown where a device does not do what it is asked for: no memory, or it is lost. The message is
 // one line.
 class DeviceError : public std::runtime_error {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_integrator.h"
 
+#include "renderer/device/first_hit_wave_runner.h"
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/device/tree_wave_runner.h"
 
@@ -12,15 +13,16 @@ namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
                                    AovSet aovs)
-    : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {
-  assert(settings.kind == IntegratorKind::path || settings.kind == IntegratorKind::whitted);
-}
+    : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {}
 
 std::unique_ptr<ThreadContext> DeviceIntegrator::make_context() const {
   const bool with_surfaces = aovs_.needs_surface() || aovs_.needs_components();
-  if (settings_.kind == IntegratorKind::whitted)
+  switch (settings_.kind) {
+  case IntegratorKind::path: return std::make_unique<PathWaveRunner>(device_, world_, scene_.address(), with_surfaces);
+  case IntegratorKind::whitted:
     return std::make_unique<TreeWaveRunner>(device_, world_, scene_.address(), settings_.whitted, with_surfaces);
-  return std::make_unique<PathWaveRunner>(device_, world_, scene_.address(), with_surfaces);
+  default: return std::make_unique<FirstHitWaveRunner>(device_, world_, scene_.address());
+  }
 }
 
 uint32_t DeviceIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,

@@ -1,4 +1,4 @@
-// The path tracer and the Whitted tracer on a device: the images of the CPU, to the bit.
+// All integrators on a device: the images of the CPU, to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,8 @@ namespace kindling {
 // One thread at a time may render with it, since a device takes calls of one thread.
 class DeviceIntegrator final : public Integrator {
  public:
-  // Throws DeviceError. `settings.kind`: path or whitted, in its iterative form. The device and the
-  // world must outlive this.
+  // Throws DeviceError. The Whitted tracer has its iterative form. The device and the world must
+  // outlive this.
   DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input, AovSet aovs);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
@@ -20,6 +20,7 @@ class DeviceIntegrator final : public Integrator {
                         Film& film) const override;
   [[nodiscard]] uint64_t paths_together() const override { return device_.wave_size(); }
   void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const override;
+  [[nodiscard]] size_t scene_bytes() const { return scene_.bytes(); }
 
  private:
   Device& device_;

@@ -59,7 +59,7 @@ class HostDevice final : public Device {
     });
   }
 
-  [[nodiscard]] uint32_t wave_size() const override { return 1U << 20; }
+  [[nodiscard]] uint32_t wave_size() const override { return kWaveSize; }
 
  private:
   static constexpr std::align_val_t kAlignment{256};

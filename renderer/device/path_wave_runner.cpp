@@ -7,10 +7,22 @@
 
 namespace kindling {
 
+uint64_t path_wave_bytes(uint32_t samples, AovSet aovs) {
+  const bool with_surfaces = aovs.needs_surface() || aovs.needs_components();
+  const uint64_t of_sample = sizeof(CameraSample) + (with_surfaces ? sizeof(FilmSurface) : 0) +
+                             sizeof(WaveRays<uint32_t>) + sizeof(PathState) + sizeof(MediumStack) +
+                             2 * sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t) + sizeof(ShadowRecord);
+  const uint64_t of_pixel = sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
+                            (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) +
+                            (aovs.needs_components() ? sizeof(ComponentSum) : 0);
+  const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
+  return samples * (of_sample + of_pixel + of_block) + sizeof(WaveLosses) + sizeof(uint64_t);
+}
+
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, bool with_surfaces)
-    : DeviceWave(on, world, with_surfaces), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
-      shadow_rays_(on, capacity()), hits_(on, capacity()), active_(on, capacity()), next_(on, capacity()),
-      queue_counts_(on, 1), shadow_records_(on, capacity()) {
+    : DeviceWave(on, world, with_surfaces), filters_hits_(world.filters_hits), states_(on, capacity()),
+      media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity()), hits_(on, capacity()),
+      active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity()) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -29,12 +41,12 @@ bool PathWaveRunner::run(const Film& film) {
   launch(Kernel::begin_path, wave_, sample_count());
   for (uint32_t active = sample_count(); active > 0;) {
     if (abandoned()) return false;
-    launch(Kernel::intersect, wave_, active);
+    launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
     queue_counts_.clear(1);
     launch(Kernel::shade, wave_, active);
     std::array<QueueCounts, 1> counts;
     queue_counts_.download(counts);
-    launch(Kernel::trace_shadow, wave_, counts[0].shadows);
+    launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts[0].shadows);
     std::swap(wave_.active.paths, wave_.next.paths);
     active = counts[0].next;
   }

@@ -7,6 +7,10 @@
 
 namespace kindling {
 
+// Returns the bytes on a device that waves of `samples` paths take, at most: one sample for each
+// pixel.
+[[nodiscard]] uint64_t path_wave_bytes(uint32_t samples, AovSet aovs);
+
 class PathWaveRunner final : public DeviceWave {
  public:
   PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, bool with_surfaces);
@@ -19,6 +23,7 @@ class PathWaveRunner final : public DeviceWave {
     uint32_t next = 0, shadows = 0;
   };
 
+  bool filters_hits_;
   PathWave wave_;
   DeviceArray<PathState> states_;
   DeviceArray<MediumStack> media_;

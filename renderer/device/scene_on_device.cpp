@@ -70,6 +70,7 @@ void place(const DeviceSceneInput& input, Arena& arena) {
                         stages.light_probabilities != nullptr ? *stages.light_probabilities : LightSelectionTreeView{},
                     .stages = stages,
                     .shader = input.shader,
+                    .first_hit = input.first_hit,
                     .sampler = input.sampler,
                     .filter = input.filter};
   const auto on_device = [&](const auto& member) {
@@ -82,6 +83,9 @@ void place(const DeviceSceneInput& input, Arena& arena) {
   scene.stages.camera = on_device(scene.camera);
   if (stages.patches != nullptr) scene.stages.patches = on_device(scene.patches);
   if (stages.light_probabilities != nullptr) scene.stages.light_probabilities = on_device(scene.light_probabilities);
+
+  scene.first_hit.world = on_device(scene.world);
+  scene.first_hit.camera = on_device(scene.camera);
 
   scene.shader.world = on_device(scene.world);
   scene.shader.camera = on_device(scene.camera);

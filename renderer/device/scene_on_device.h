@@ -16,8 +16,9 @@ namespace kindling {
 struct DeviceSceneInput {
   const World& world; // its accelerator is a kd-tree
   const CameraView& camera;
-  const PathStages& stages;    // made for the same world, camera and guide, in the processor's memory
-  const WhittedShader& shader; // likewise
+  const PathStages& stages;        // made for the same world, camera and guide, in the processor's memory
+  const WhittedShader& shader;     // likewise
+  const FirstHitStages& first_hit; // likewise
   Sampler sampler;
   PixelFilter filter;
 };

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/first_hit.h"
 
 namespace kindling {
 
@@ -18,10 +19,10 @@ class AmbientOcclusionIntegrator final : public Integrator {
 
  private:
   uint32_t batch_size_;
-  float distance_m_;
   const World& world_;
   const Camera& camera_;
   Sampler sampler_;
+  FirstHitStages stages_;
   PixelFilter filter_;
 };
 

@@ -3,12 +3,11 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/first_hit.h"
 
 namespace kindling {
 
-// The background is black with alpha 0. Normals map [-1, 1] to [0, 1]; depth is 1 at the camera and
-// falls to 0 at the far end of the scene; instances and materials have a color hashed from their
-// number.
+// The colors are those of FirstHitStages::color_of(); the background is black with alpha 0.
 class DebugIntegrator final : public Integrator {
  public:
   DebugIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
@@ -19,13 +18,11 @@ class DebugIntegrator final : public Integrator {
                         Film& film) const override;
 
  private:
-  [[nodiscard]] Rgb view_of(const accel::Ray& ray, const accel::Hit& hit) const;
-
-  IntegratorKind kind_;
   uint32_t batch_size_;
   const World& world_;
   const Camera& camera_;
   Sampler sampler_;
+  FirstHitStages stages_;
   PixelFilter filter_;
 };
 

@@ -5,6 +5,7 @@
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/device/device_integrator.h"
 #include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
@@ -53,6 +54,7 @@ uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
 struct PlacedIntegrator {
   std::unique_ptr<Device> device;
   std::unique_ptr<Integrator> integrator;
+  DeviceUse use;
 };
 
 // `device`: null for the CPU. May throw DeviceError.
@@ -61,22 +63,22 @@ PlacedIntegrator place_integrator(std::unique_ptr<Device> device, const World& w
   const Sampler sampler = make_sampler(settings);
   if (!device)
     return {nullptr,
-            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide)};
+            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide),
+            {}};
   const PerLightSampling lights(world.light_set());
   const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
+  const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
-      *device, settings.integrator, DeviceSceneInput{world, camera, stages, shader, sampler, settings.filter},
-      settings.aovs);
-  return {std::move(device), std::move(integrator)};
+      *device, settings.integrator,
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter}, settings.aovs);
+  DeviceUse use{device->name(), integrator->scene_bytes()};
+  return {std::move(device), std::move(integrator), std::move(use)};
 }
 
 // Opens the device of a render; null for the CPU.
 Result<std::unique_ptr<Device>> open_device(const World& world, const RenderSettings& settings, int threads) {
   if (settings.device == DeviceKind::cpu) return std::unique_ptr<Device>();
-  if (settings.integrator.kind != IntegratorKind::path && settings.integrator.kind != IntegratorKind::whitted)
-    return Error{ErrorKind::usage, "integrator " + std::string(integrator_name(settings.integrator.kind)) +
-                                       " does not run on a device; use --device cpu"};
   if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
   return open_device(settings.device, threads);
 }
@@ -129,6 +131,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
     placed = place_integrator(std::move(device).value(), world, camera, settings, trained.guide.get());
+    statistics.device = placed.use;
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
                  trained.busy_s);
     loop->run(statistics);

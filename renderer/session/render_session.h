@@ -64,6 +64,12 @@ struct RenderSettings {
   }
 };
 
+// The device that rendered, and the bytes of the scene in its memory.
+struct DeviceUse {
+  std::string name = "cpu";
+  uint64_t scene_bytes = 0; // 0 for the CPU
+};
+
 struct RenderStatistics {
   double render_s = 0.0;
   double first_pass_s = 0.0; // from the start of the render phase until every pixel had one sample; 0 if resumed
@@ -80,6 +86,7 @@ struct RenderStatistics {
   std::vector<double> worker_idle_s;
   RayCounters rays;
   GuidingStatistics guiding;
+  DeviceUse device;
 };
 
 struct RenderOutcome {

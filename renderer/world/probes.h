@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/compact/queries.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/world/world_view.h"
 
 namespace kindling {
@@ -10,14 +11,16 @@ namespace kindling {
 // The filter of all rays of paths.
 struct CoverageFilter {
   const WorldView& world;
-  bool operator()(const accel::Ray& ray, const accel::Hit& candidate) const { return world.accepts(ray, candidate); }
+  KINDLING_CALLED_ON_GPU bool operator()(const accel::Ray& ray, const accel::Hit& candidate) const {
+    return world.accepts(ray, candidate);
+  }
 };
 
 // The same for rays with kCameraRay. It looks for no face that is cut away, so that
 // WorldView::is_cut_away() does not call itself: a device wants to know the depth of its stack.
 struct SightFilter {
   const WorldView& world;
-  bool operator()(const accel::Ray& ray, const accel::Hit& candidate) const {
+  KINDLING_CALLED_ON_GPU bool operator()(const accel::Ray& ray, const accel::Hit& candidate) const {
     if (world.hides_backs) {
       if (world.is_hidden_back(ray, candidate)) return false;
       if (world.covers[candidate.mesh] != 0) return true;

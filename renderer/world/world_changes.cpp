@@ -24,9 +24,11 @@ bool WorldChanges::build_accelerator(World& world, const WorldOptions& options,
   if (cancel && cancel->cancelled()) return false;
   world.hides_backs = options.hide_backs;
   world.view_point = options.view_point;
+  world.filters_hits = false;
   for (size_t i = 0; i < world.accel_meshes_.size(); ++i) { // the hit filter leaves backs out
     const bool filtered = options.hide_backs && world.is_single_sided(world.materials[world.geometries[i].material]);
     world.accel_meshes_[i].opaque = world.covers[i] != 0 && !filtered;
+    world.filters_hits |= !world.accel_meshes_[i].opaque;
   }
   world.accelerator_ =
       accel::make_accelerator(options.accelerator, world.accelerator_input(), build_options, std::move(structures));

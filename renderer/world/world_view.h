@@ -4,6 +4,7 @@
 
 #include "accel/accelerator.h"
 #include "renderer/base/math.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/light/light_set_view.h"
 #include "renderer/world/contacts.h"
 #include "renderer/world/geometry.h"
@@ -115,11 +116,11 @@ struct WorldView {
   // black.
   [[gnu::noinline, gnu::cold]] void guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const;
 
-  // Rays that shading itself traces, one at a time (probes.cpp). sight_is_blocked() is for rays
-  // with kCameraRay.
-  [[nodiscard]] accel::Hit probe_hit(const accel::Ray& ray) const;
-  [[nodiscard]] bool probe_is_blocked(const accel::Ray& ray) const;
-  [[nodiscard]] bool sight_is_blocked(const accel::Ray& ray) const;
+  // Single rays (probes.cpp): those that shading itself traces, and on a device all.
+  // sight_is_blocked() is for rays with kCameraRay.
+  [[nodiscard]] KINDLING_CALLED_ON_GPU accel::Hit probe_hit(const accel::Ray& ray) const;
+  [[nodiscard]] KINDLING_CALLED_ON_GPU bool probe_is_blocked(const accel::Ray& ray) const;
+  [[nodiscard]] KINDLING_CALLED_ON_GPU bool sight_is_blocked(const accel::Ray& ray) const;
 
   const accel::Accelerator* traced = nullptr;
   const accel::Accelerator* probed = nullptr;     // the same one before wrapping, for rays that are no part of a path
@@ -141,6 +142,7 @@ struct WorldView {
   bool has_thin_walls = false;     // some surface may transmit light in a straight line
   bool has_motion = false;         // some object or light moves while the shutter is open; only then ray times matter
   bool exceeds_caches = false;     // prefetching pays
+  bool filters_hits = false;       // some mesh is not opaque to the accelerator, which asks accepts() about its hits
   // Rays with kCameraRay do not hit the backs of single-sided faces, and others not where these are
   // cut away.
   bool hides_backs = false;

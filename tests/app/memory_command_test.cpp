@@ -131,6 +131,26 @@ TEST_F(MemoryCommand, BudgetHoldsForShippedScenes) {
   }
 }
 
+// A device holds no more than `info` tells, and the estimate is not far above.
+TEST_F(MemoryCommand, SceneOnADeviceIsWithinItsBudget) {
+  for (const std::string& scene :
+       {std::string(KINDLING_SCENES "/interior.glb"), std::string(KINDLING_SCENES "/instancing.glb"),
+        write_hills("triangles", 300, 0), write_hills("instances", 2, 20000)}) {
+    const ProgramResult info = run_program({"info", scene, "--json"}, folder_);
+    ASSERT_EQ(info.exit_code, 0) << info.err;
+    const ProgramResult render = run_program({"render", scene, "--device", "host", "--size", "16x9", "--spp", "1",
+                                              "--stats", "stats.json", "-o", "image.png", "--quiet"},
+                                             folder_);
+    ASSERT_EQ(render.exit_code, 0) << render.err;
+    const auto budget = nlohmann::json::parse(info.out)["memory"]["device"]["scene_bytes"].get<double>();
+    const auto device = nlohmann::json::parse(read_file("stats.json"))["device"];
+    EXPECT_EQ(device["name"], "host");
+    EXPECT_LE(device["scene_bytes"], budget) << scene;
+    constexpr double kAllowed = 36 << 20; // 24 MiB for the guide, 12 for any tree
+    EXPECT_LE(budget, 1.5 * device["scene_bytes"].get<double>() + kAllowed) << scene;
+  }
+}
+
 // Environment maps are read by OpenImageIO and by our own reader.
 TEST_F(MemoryCommand, BudgetHoldsWithAnEnvironment) {
   for (const char* const name : {"sky.exr", "sky.png"})

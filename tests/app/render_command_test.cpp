@@ -183,7 +183,6 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
                           "spp_mean",
                           "adaptive",
                           "seed",
-                          "threads",
                           "integrator",
                           "view",
                           "interrupted",
@@ -209,6 +208,7 @@ TEST_F(RenderCommand, StatsHaveTheDocumentedKeys) {
   EXPECT_EQ(json["spp"], 3);
   EXPECT_EQ(json["width"], 16);
   EXPECT_EQ(json["threads"], 1);
+  EXPECT_EQ(json["device"]["name"], "cpu");
   EXPECT_EQ(json["seed"], 5);
   EXPECT_EQ(json["paths"], 3 * 16 * 12);
   EXPECT_EQ(json["rays"]["camera"], 3 * 16 * 12);

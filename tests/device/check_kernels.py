@@ -24,17 +24,21 @@ from check_ptx import ARITHMETIC, functions, local_bytes  # noqa: E402
 # Bytes of stack by kernel.
 STACK_BYTES = {
     "kindling_begin_path": 128,
-    "kindling_intersect": 8192,
-    "kindling_shade": 10240,
-    "kindling_trace_shadow": 10240,
+    "kindling_intersect": 6400,
+    "kindling_intersect_opaque": 1024,
+    "kindling_shade": 7168,
+    "kindling_trace_shadow": 7680,
+    "kindling_trace_shadow_opaque": 1024,
     "kindling_finish_pixel": 128,
     "kindling_begin_tree": 256,
     "kindling_take_node": 128,
-    "kindling_trace_node": 16384,
+    "kindling_trace_node": 12288,
     "kindling_finish_tree_pixel": 128,
+    "kindling_show_first_hit": 6656,
+    "kindling_finish_first_hit_pixel": 128,
 }
 # Functions into which the triangle test is compiled, by their names.
-TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:intersect|trace_shadow|trace_node)$|7kernels(?:9intersect|12trace_shadow|10trace_node)")
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:intersect|trace_shadow)_opaque$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
 CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
 
 

@@ -94,6 +94,18 @@ TEST(DeviceRenders, WhittedTrees) {
   }
 }
 
+TEST(DeviceRenders, AmbientOcclusionAndDebugViews) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  for (const IntegratorKind kind : all_integrators()) {
+    SCOPED_TRACE(integrator_name(kind));
+    RenderSettings settings = small_render(kSize, 3);
+    settings.integrator.kind = kind;
+    settings.outliers = Outliers::trim;
+    settings.aovs.insert(Aov::variance);
+    expect_same_on_device(*world, settings);
+  }
+}
+
 TEST(DeviceRenders, CropsAndSampleRanges) {
   const auto world = mixed_world(accel::Kind::kdtree);
   RenderSettings settings = all_aovs(9);
@@ -112,7 +124,7 @@ TEST(DeviceRenders, AdaptiveSampling) {
 
 TEST(DeviceRenders, CountsTheSameRays) {
   const auto world = mixed_world(accel::Kind::kdtree);
-  for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted}) {
+  for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted, IntegratorKind::ambient_occlusion}) {
     RenderSettings settings = small_render(kSize, 3);
     settings.integrator.kind = kind;
     const auto rays_on = [&](DeviceKind device) {

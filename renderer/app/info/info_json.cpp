@@ -42,6 +42,7 @@ Json memory_json(const MemoryBudget& budget) {
                                     {"render_bytes", of.rendering},
                                     {"peak_bytes", of.peak},
                                     {"peak_phase", of.peak_phase}});
+  json["device"] = {{"scene_bytes", budget.on_device.scene}, {"wave_bytes", budget.on_device.waves}};
   return json;
 }
 

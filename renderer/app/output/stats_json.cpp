@@ -33,6 +33,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                         {"converged", s.converged_share}};
   json["seed"] = r.seed;
   json["threads"] = s.threads;
+  json["device"] = {{"name", s.device.name}, {"scene_bytes", s.device.scene_bytes}};
   json["integrator"] = r.integrator;
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;

@@ -4,6 +4,7 @@
 
 #include "accel/memory_estimate.h"
 #include "renderer/app/text/text_format.h"
+#include "renderer/device/path_wave_runner.h"
 #include "renderer/film/film.h"
 #include "renderer/world/geometry.h"
 
@@ -93,6 +94,9 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
     of.peak = std::max({budget.loading, building, of.rendering});
     of.peak_phase = of.peak == of.rendering ? "rendering" : of.peak == building ? "building" : "loading";
   }
+  budget.on_device = {d.geometry_bytes + instances + d.texture_bytes + d.level_bytes + lights + environment +
+                          Costs::kGuide + budget.of(accel::Kind::kdtree).held,
+                      path_wave_bytes(kWaveSize, request.aovs)};
   return budget;
 }
 
@@ -105,9 +109,12 @@ std::string format_memory_budget(const MemoryBudget& budget) {
   for (const MemoryBudget::OfAccelerator& of : budget.accelerators)
     accelerators.add({std::string(accel::kind_name(of.kind)), format_bytes(of.held), format_bytes(of.building),
                       format_bytes(of.rendering), format_bytes(of.peak), std::string(of.peak_phase)});
-  return fmt::format("\nmemory of a render, at most, with {} thread{} (loading: {})\n{}{}", budget.request.threads,
+  TextTable device({{"on a device"}, {"memory", true}, {"for"}});
+  device.add({"scene", format_bytes(budget.on_device.scene), "all arrays that kernels read"});
+  device.add({"waves", format_bytes(budget.on_device.waves), fmt::format("{} paths", kWaveSize)});
+  return fmt::format("\nmemory of a render, at most, with {} thread{} (loading: {})\n{}{}{}", budget.request.threads,
                      budget.request.threads == 1 ? "" : "s", format_bytes(budget.loading), parts.str(),
-                     accelerators.str());
+                     accelerators.str(), device.str());
 }
 
 std::optional<std::string> warn_of_memory(const MemoryBudget& budget, accel::Kind kind, uint64_t resident_bytes,

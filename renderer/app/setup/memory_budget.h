@@ -84,10 +84,16 @@ struct MemoryBudget {
     uint64_t peak = 0;           // maximum over all phases
     std::string_view peak_phase; // "loading", "building" or "rendering"
   };
+  // In the memory of a device (--device), with the path tracer.
+  struct OnDevice {
+    uint64_t scene = 0;
+    uint64_t waves = 0; // of paths
+  };
   MemoryRequest request;
   uint64_t loading = 0;                      // everything, while loading
   std::vector<Part> parts;                   // held while rendering, with any accelerator
   std::array<OfAccelerator, 2> accelerators; // kd-tree, Embree
+  OnDevice on_device;
 
   [[nodiscard]] const OfAccelerator& of(accel::Kind kind) const {
     return accelerators[kind == accel::Kind::embree ? 1 : 0];

@@ -64,7 +64,7 @@ class CudaDevice final : public Device {
     check(driver_.fill(reinterpret_cast<cuda::Address>(memory), 0, bytes), "clearing memory");
   }
   void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) override;
-  [[nodiscard]] uint32_t wave_size() const override { return 1U << 20; }
+  [[nodiscard]] uint32_t wave_size() const override { return kWaveSize; }
 
  private:
   // Contexts belong to threads, and any thread may call.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/device/kernels/kernel_list.h"  // IWYU pragma: export
-#include "renderer/device/kernels/path_kernels.h" // IWYU pragma: export
-#include "renderer/device/kernels/tree_kernels.h" // IWYU pragma: export
+#include "renderer/device/kernels/first_hit_kernels.h" // IWYU pragma: export
+#include "renderer/device/kernels/kernel_list.h"       // IWYU pragma: export
+#include "renderer/device/kernels/path_kernels.h"      // IWYU pragma: export
+#include "renderer/device/kernels/tree_kernels.h"      // IWYU pragma: export

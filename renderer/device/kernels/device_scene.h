@@ -6,6 +6,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
+#include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -21,8 +22,9 @@ struct DeviceScene {
   CameraView camera;
   BrightPatches patches;
   LightSelectionTreeView light_probabilities;
-  PathStages stages;    // of the path tracer
-  WhittedShader shader; // of the Whitted tracer
+  PathStages stages;        // of the path tracer
+  WhittedShader shader;     // of the Whitted tracer
+  FirstHitStages first_hit; // of ambient occlusion and the debug views
   Sampler sampler;
   PixelFilter filter;
 };

@@ -7,6 +7,7 @@
 
 namespace kindling {
 
+struct FirstHitWave;
 struct PathWave;
 struct TreeWave;
 
@@ -14,13 +15,17 @@ struct TreeWave;
 #define KINDLING_KERNELS(KERNEL)                                                                                       \
   KERNEL(begin_path, PathWave)                                                                                         \
   KERNEL(intersect, PathWave)                                                                                          \
+  KERNEL(intersect_opaque, PathWave)                                                                                   \
   KERNEL(shade, PathWave)                                                                                              \
   KERNEL(trace_shadow, PathWave)                                                                                       \
+  KERNEL(trace_shadow_opaque, PathWave)                                                                                \
   KERNEL(finish_pixel, PathWave)                                                                                       \
   KERNEL(begin_tree, TreeWave)                                                                                         \
   KERNEL(take_node, TreeWave)                                                                                          \
   KERNEL(trace_node, TreeWave)                                                                                         \
-  KERNEL(finish_tree_pixel, TreeWave)
+  KERNEL(finish_tree_pixel, TreeWave)                                                                                  \
+  KERNEL(show_first_hit, FirstHitWave)                                                                                 \
+  KERNEL(finish_first_hit_pixel, FirstHitWave)
 
 enum class Kernel : uint8_t {
 #define KINDLING_KERNEL_NAME(name, argument) name,

@@ -10,7 +10,6 @@
 #include "renderer/device/kernels/wave_kernels.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/shade_path.h"
-#include "renderer/world/probes.h"
 
 #include <cstdint>
 #include <optional>
@@ -26,9 +25,15 @@ inline void begin_path(const PathWave& wave, uint32_t path) {
 
 // Finds the nearest hit of the ray of an active path.
 inline void intersect(const PathWave& wave, uint32_t number) {
-  const DeviceScene& scene = *wave.scene;
   const uint32_t path = wave.active.paths[number];
-  wave.hits[path] = accel::kd::compact::intersect(scene.tree, wave.path_rays[path], CoverageFilter{scene.world});
+  wave.hits[path] = wave.scene->world.probe_hit(wave.path_rays[path]);
+}
+
+// The same where WorldView::filters_hits is false. It needs far less of a GPU.
+inline void intersect_opaque(const PathWave& wave, uint32_t number) {
+  const uint32_t path = wave.active.paths[number];
+  wave.hits[path] =
+      accel::kd::compact::intersect(wave.scene->tree, wave.path_rays[path], accel::kd::compact::AcceptAll{});
 }
 
 // Takes the results of the stages of a path.
@@ -87,18 +92,17 @@ inline void shade(const PathWave& wave, uint32_t number) {
 // Traces a shadow ray, and adds its light to the path if nothing is in between.
 inline void trace_shadow(const PathWave& wave, uint32_t number) {
   const DeviceScene& scene = *wave.scene;
-  const CoverageFilter filter{scene.world};
   accel::Ray ray = wave.shadow_rays[number];
   ShadowRecord record = wave.shadow_records[number];
   uint32_t& rays = wave.rays[record.slot].shadows;
   ++rays;
-  if (accel::kd::compact::occluded(scene.tree, ray, filter)) return;
+  if (scene.world.probe_is_blocked(ray)) return;
   if (scene.world.has_thin_walls) {
     ray.flags = kHitThinWalls;
     SurfacePoint scratch;
     for (uint32_t thin_wall = 0;; ++thin_wall) {
       if (thin_wall == kMaxTransparentSurfaces) return; // behind too many thin walls
-      const accel::Hit hit = accel::kd::compact::intersect(scene.tree, ray, filter);
+      const accel::Hit hit = scene.world.probe_hit(ray);
       ++rays;
       if (!hit.is_hit()) break;
       const PathStages::ThinWall wall = scene.stages.pass_thin_wall(hit, ray, scratch, record.contribution);
@@ -106,6 +110,14 @@ inline void trace_shadow(const PathWave& wave, uint32_t number) {
       if (wall == PathStages::ThinWall::last) break;
     }
   }
+  PathStages::add_light(record, wave.states[record.slot]);
+}
+
+// The same where WorldView::filters_hits is false, so there are no thin walls either.
+inline void trace_shadow_opaque(const PathWave& wave, uint32_t number) {
+  const ShadowRecord& record = wave.shadow_records[number];
+  ++wave.rays[record.slot].shadows;
+  if (accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number], accel::kd::compact::AcceptAll{})) return;
   PathStages::add_light(record, wave.states[record.slot]);
 }
 

@@ -6,11 +6,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/compact/queries.h"
 #include "renderer/device/kernels/tree_wave.h"
 #include "renderer/device/kernels/wave_kernels.h"
 #include "renderer/integrator/whitted_shader.h"
-#include "renderer/world/probes.h"
 
 #include <cstdint>
 #include <utility>
@@ -55,14 +53,13 @@ struct TreeSink {
   }
   void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
     const DeviceScene& scene = *wave.scene;
-    const CoverageFilter filter{scene.world};
     ++shadows;
-    if (accel::kd::compact::occluded(scene.tree, feeler, filter)) return;
+    if (scene.world.probe_is_blocked(feeler)) return;
     Rgb through(1.0f);
     if (scene.world.has_thin_walls)
       through = scene.shader.through_thin_walls(feeler, [&](const accel::Ray& ray) {
         ++shadows;
-        return accel::kd::compact::intersect(scene.tree, ray, filter);
+        return scene.world.probe_hit(ray);
       });
     add(node, WhittedPart::direct, contribution * through);
   }
@@ -77,7 +74,7 @@ inline void trace_node(const TreeWave& wave, uint32_t number) {
   const DeviceScene& scene = *wave.scene;
   WhittedNode& node = wave.nodes[number];
   const bool bounces = !node.seen || node.transparent_surfaces > 0;
-  const accel::Hit hit = accel::kd::compact::intersect(scene.tree, node.ray, CoverageFilter{scene.world});
+  const accel::Hit hit = scene.world.probe_hit(node.ray);
   TreeSink sink{wave};
   if (scene.shader.arrive(node, hit, sink)) {
     SurfacePoint surface;

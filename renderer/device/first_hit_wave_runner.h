@@ -1,0 +1,21 @@
+// Waves of ambient occlusion and of the debug views.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/device_wave.h"
+#include "renderer/device/kernels/first_hit_wave.h"
+
+namespace kindling {
+
+class FirstHitWaveRunner final : public DeviceWave {
+ public:
+  FirstHitWaveRunner(Device& device, const World& world, const DeviceScene* scene);
+
+  [[nodiscard]] bool run(const Film& film) override;
+
+ private:
+  FirstHitWave wave_;
+  DeviceArray<SampleColor> colors_;
+};
+
+} // namespace kindling

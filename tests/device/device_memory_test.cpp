@@ -1,0 +1,131 @@
+// A device's memory: scenes that need nothing else, and waves within their estimate.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/device/first_hit_wave_runner.h"
+#include "renderer/device/host_device.h"
+#include "renderer/device/path_wave_runner.h"
+#include "renderer/device/scene_on_device.h"
+#include "renderer/device/tree_wave_runner.h"
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/stages/first_hit.h"
+#include "renderer/light/per_light_sampling.h"
+#include "renderer/session/render_session.h"
+#include "renderer/session/train_guide.h"
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <malloc.h>
+
+namespace kindling::test {
+namespace {
+
+// All blocks of an image, with the same samples.
+std::vector<BlockWork> all_blocks(const V2i& size, const SampleRange& samples) {
+  std::vector<BlockWork> work;
+  for (int y = 0; y < size.y; y += kBlockSize)
+    for (int x = 0; x < size.x; x += kBlockSize)
+      work.push_back({{V2i(x, y), V2i(std::min(x + kBlockSize, size.x), std::min(y + kBlockSize, size.y))}, samples});
+  return work;
+}
+
+// The scene is rendered from its copy after the world, the camera and the guide are gone, and freed
+// memory is overwritten.
+TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
+  mallopt(M_PERTURB, 0x5a);
+  const V2i size(40, 24);
+  const SampleRange samples{0, 6};
+  for (const bool moving : {false, true}) {
+    const auto make_world = [&] {
+      return moving ? moving_world(accel::Kind::kdtree) : mixed_world(accel::Kind::kdtree);
+    };
+    for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted, IntegratorKind::normal}) {
+      SCOPED_TRACE(std::string(integrator_name(kind)) + (moving ? ", moving" : ""));
+      RenderSettings settings = small_render(size, 64);
+      settings.guiding = Guiding::on;
+      settings.samples = samples;
+      settings.integrator.kind = kind;
+      const std::unique_ptr<Device> device = make_host_device(2);
+      std::optional<SceneOnDevice> scene;
+      std::optional<Film> expected;
+      {
+        const std::unique_ptr<const World> world = make_world();
+        const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), size, {.shutter_open = moving});
+        const TrainedGuide trained = train_guide(*world, camera, settings, nullptr, {});
+        const Sampler sampler(settings.seed, settings.sampler, settings.planned());
+        const PerLightSampling lights(world->light_set());
+        const PathStages stages = make_path_stages(settings.integrator, *world, camera, sampler, trained.guide.get());
+        const WhittedShader shader = make_whitted_shader(settings.integrator, *world, camera, sampler, lights);
+        const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, *world, camera, sampler);
+        scene.emplace(*device, DeviceSceneInput{*world, camera, stages, shader, first_hit, sampler, settings.filter});
+        expected.emplace(render(*world, camera, settings, nullptr, nullptr).value().film);
+      }
+      const std::unique_ptr<const World> other = make_world(); // asked whether the render is abandoned
+      std::unique_ptr<DeviceWave> wave;
+      if (kind == IntegratorKind::path)
+        wave = std::make_unique<PathWaveRunner>(*device, *other, scene->address(), false);
+      else if (kind == IntegratorKind::whitted)
+        wave = std::make_unique<TreeWaveRunner>(*device, *other, scene->address(), settings.integrator.whitted, false);
+      else
+        wave = std::make_unique<FirstHitWaveRunner>(*device, *other, scene->address());
+      std::vector<BlockWork> work = all_blocks(size, samples);
+      for (size_t i = 0; i < work.size(); ++i) ASSERT_EQ(wave->take(i, work[i].block, samples), samples.count());
+      Film film(size, {V2i(0), size}, settings.aovs);
+      ASSERT_TRUE(wave->run(film));
+      wave->take_results(work, film);
+      expect_same_bits(film, *expected, "the copy");
+    }
+  }
+  mallopt(M_PERTURB, 0);
+}
+
+// A device that counts the bytes it is asked for, and computes nothing.
+class CountingDevice final : public Device {
+ public:
+  [[nodiscard]] std::string name() const override { return "counting"; }
+  [[nodiscard]] std::byte* allocate(size_t bytes) override {
+    allocated += bytes;
+    return host_->allocate(bytes);
+  }
+  void release(std::byte* memory) noexcept override { host_->release(memory); }
+  void upload(std::span<const std::byte> from, std::byte* to) override { host_->upload(from, to); }
+  void download(const std::byte* from, std::span<std::byte> to) override { host_->download(from, to); }
+  void clear(std::byte* memory, size_t bytes) override { host_->clear(memory, bytes); }
+  void launch(Kernel /*kernel*/, std::span<const std::byte> /*argument*/, uint32_t /*count*/) override {}
+  [[nodiscard]] uint32_t wave_size() const override { return kPaths; }
+
+  static constexpr uint32_t kPaths = 4096;
+  uint64_t allocated = 0;
+
+ private:
+  std::unique_ptr<Device> host_ = make_host_device(1);
+};
+
+TEST(DeviceMemory, WavesTakeTheirEstimate) {
+  const std::unique_ptr<const World> world = mixed_world(accel::Kind::kdtree);
+  AovSet aovs;
+  for (const AovInfo& info : kAovs) { // one more each time
+    aovs.insert(info.aov);
+    CountingDevice device;
+    PathWaveRunner wave(device, *world, nullptr, aovs.needs_surface() || aovs.needs_components());
+    const V2i size(64, 64); // one sample for each pixel fills the wave
+    Film film(size, {V2i(0), size}, aovs);
+    for (int y = 0; y < 64; y += 8)
+      for (int x = 0; x < 64; x += 8) ASSERT_EQ(wave.take(0, {V2i(x, y), V2i(x + 8, y + 8)}, {0, 1}), 1U);
+    const bool finished = wave.run(film);
+    EXPECT_TRUE(finished);
+    const uint64_t estimate = path_wave_bytes(CountingDevice::kPaths, aovs);
+    EXPECT_LE(device.allocated, estimate);
+    EXPECT_GE(device.allocated, estimate - CountingDevice::kPaths * (sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>)));
+  }
+}
+
+} // namespace
+} // namespace kindling::test
