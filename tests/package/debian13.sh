@@ -3,15 +3,21 @@
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/../../cmake/setup.sh"
 source "$kindling_root/tests/package/roots.sh"
-usage='usage: debian13.sh PROGRAM [--race SCENE]...
-PROGRAM is the kindling of this machine. --race also prints the shootout of a scene against Embree 4.'
+usage='usage: debian13.sh PROGRAM [--scene SCENE]... [--race SCENE]...
+PROGRAM is the kindling of this machine. --scene compares one more image, --race prints the shootout of a scene against
+Embree 4.'
 [ $# -ge 1 ] && [ -x "$1" ] || fail "$usage"
 program=$(realpath "$1")
 shift
+scenes=()
 races=()
 while [ $# -gt 0 ]; do
-  [ "$1" = --race ] && [ -f "${2:-}" ] || fail "$usage"
-  races+=("$(realpath "$2")")
+  [ -f "${2:-}" ] || fail "$usage"
+  case $1 in
+    --scene) scenes+=("$(realpath "$2")") ;;
+    --race) races+=("$(realpath "$2")") ;;
+    *) fail "$usage" ;;
+  esac
   shift 2
 done
 
@@ -30,36 +36,39 @@ there=/kindling/build/release/kindling
 in_root $there --version
 in_root python3 /kindling/scenes/generate.py --check || fail "scenes/generate.py writes other files in Debian 13"
 
-# glibc 2.41 rounds acosf, asinf, atan2f and tanf correctly, glibc 2.36 does not: some last bits of
-# images follow. So this machine's program renders with the C library of Debian 13, and nothing else
-# of it.
-mkdir "$root/glibc" "$root/here" "$root/there"
-cp -L "$root"/lib/x86_64-linux-gnu/{libc.so.6,libm.so.6,ld-linux-x86-64.so.2} "$root/glibc/"
-libraries=$root/glibc:/lib/x86_64-linux-gnu:/usr/lib/x86_64-linux-gnu
-
+# Images follow from the source alone: not from the compiler (GCC 12 here, 14 there), nor from the C
+# library. Embree 4 and 3 are two libraries, so the kd-tree is compared.
+mkdir "$root/here" "$root/there" "$root/more"
 hash_of() {
   oiiotool --info -v --hash "$1" | sed -n 's/.*SHA-1: //p'
 }
-differ=0
-for scene in cornell_box interior material_grid instancing; do
-  for accelerator in kdtree embree; do
-    arguments=(--accel $accelerator --size 96x64 --spp 4 --exr-float --quiet)
-    in_root $there render "/kindling/scenes/$scene.glb" "${arguments[@]}" -o /there/a.exr >/dev/null
-    scene_here=$kindling_root/scenes/$scene.glb
-    "$program" render "$scene_here" "${arguments[@]}" -o "$root/here/plain.exr" >/dev/null
-    "$root/glibc/ld-linux-x86-64.so.2" --library-path "$libraries" "$program" render "$scene_here" "${arguments[@]}" -o "$root/here/same.exr" >/dev/null
-    expected=$(hash_of "$root/there/a.exr")
-    plain=no same=no
-    [ "$(hash_of "$root/here/plain.exr")" != "$expected" ] || plain=yes
-    [ "$(hash_of "$root/here/same.exr")" != "$expected" ] || same=yes
-    say "$scene, $accelerator: same bits: $plain, with the same C library: $same"
-    # Embree 4 and 3 are two libraries; the kd-tree is one.
-    [ $accelerator = embree ] || [ $same = yes ] || differ=1
-  done
+differ=()
+compared=0
+# compare SCENE PLACE [FLAG]...: PLACE is that of the scene in the root.
+compare() {
+  local arguments=(--size 64x48 --spp 4 --exr-float --aov albedo,normal,depth,position,emission,direct,indirect,variance,samples --quiet "${@:3}")
+  "$program" render "$1" "${arguments[@]}" -o "$root/here/image.exr" >/dev/null
+  in_root $there render "$2" "${arguments[@]}" -o /there/image.exr >/dev/null
+  compared=$((compared + 1))
+  [ "$(hash_of "$root/here/image.exr")" = "$(hash_of "$root/there/image.exr")" ] || differ+=("$1 ${*:3}")
+}
+while IFS= read -r -d '' scene; do
+  compare "$kindling_root/$scene" "/kindling/$scene"
+done < <(cd "$kindling_root" && find scenes -not -path '*/broken/*' -not -path '*/images/*' \( -name '*.glb' -o -name '*.gltf' \) -print0 | sort -z)
+for scene in cornell_box interior material_grid; do
+  compare "$kindling_root/scenes/$scene.glb" "/kindling/scenes/$scene.glb" --integrator whitted
+  compare "$kindling_root/scenes/$scene.glb" "/kindling/scenes/$scene.glb" --device host
+done
+for scene in "${scenes[@]}"; do
+  rm -rf "$root/more" && cp -rL "$(dirname "$scene")" "$root/more"
+  compare "$scene" "/more/$(basename "$scene")"
 done
 for scene in "${races[@]}"; do
   cp "$scene" "$root/tmp/"
   in_root $there shootout "/tmp/$(basename "$scene")" --clock cpu --rays-per-kind 65536 --repeat 3 --build-repeat 3
 done
-[ $differ -eq 0 ] || fail "images of the kd-tree differ between Debian 12 and 13 with the same C library"
-say "Debian 13 gives the images of this machine, but for the C library"
+if [ ${#differ[@]} -gt 0 ]; then
+  printf '%s\n' "${differ[@]}"
+  fail "${#differ[@]} of $compared images differ between Debian 12 and 13"
+fi
+say "Debian 13 gives the $compared images of this machine, bit for bit"

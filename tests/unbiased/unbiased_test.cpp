@@ -1,6 +1,7 @@
 // All strategies and an independent plain tracer have the same mean on every scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/test_scenes.h"
+#include "tests/session/same_bits.h"
 #include "tests/unbiased/render_images.h"
 #include "tests/unbiased/scenes.h"
 
@@ -100,6 +101,26 @@ TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
   EXPECT_FALSE(verdict.agrees) << verdict.text();
 }
 
+class OnADevice : public testing::TestWithParam<NamedScene> {};
+
+TEST_P(OnADevice, HasTheBitsOfTheCpu) {
+  const TestScene scene = GetParam().make();
+  const auto world = make_world(scene.whole.scene, accel::Kind::kdtree, scene.whole.environment);
+  for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted}) {
+    RenderSettings settings = base_settings(scene.size_px, scene.max_bounces, 16);
+    settings.integrator.kind = kind;
+    settings.guiding = Guiding::on;
+    std::vector<Film> films;
+    for (const DeviceKind device : {DeviceKind::cpu, DeviceKind::host}) {
+      settings.device = device;
+      Result<RenderOutcome> outcome = render(*world, scene.make_camera(), settings, nullptr, nullptr);
+      ASSERT_TRUE(outcome.ok()) << outcome.error().message;
+      films.push_back(std::move(outcome).value().film);
+    }
+    expect_same_bits(films[1], films[0], std::string(integrator_name(kind)));
+  }
+}
+
 // Adaptive sampling is biased towards darkness (renderer/session/README.md), by a bounded amount.
 TEST(Adaptive, BiasIsBounded) {
   constexpr double kBound = 0.01;
@@ -124,8 +145,10 @@ TEST(Adaptive, BiasIsBounded) {
   EXPECT_LT(4.0 * verdict.error, kBound);                     // power of the test
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Unbiased, testing::ValuesIn(all_scenes().begin(), all_scenes().end()),
-                         [](const auto& param) { return std::string(param.param.name); });
+const auto kScenes = testing::ValuesIn(all_scenes().begin(), all_scenes().end());
+std::string name_of(const testing::TestParamInfo<NamedScene>& scene) { return scene.param.name; }
+INSTANTIATE_TEST_SUITE_P(Scenes, Unbiased, kScenes, name_of);
+INSTANTIATE_TEST_SUITE_P(Scenes, OnADevice, kScenes, name_of);
 
 } // namespace
 } // namespace kindling::test
