@@ -1,23 +1,29 @@
-# Kernels for NVIDIA GPUs, compiled by Debian's clang-19 alone: no CUDA toolkit, no vendor's header.
+# Kernels for GPUs, compiled by Debian's clang-19 alone: no toolkit and no header of a vendor.
 #
-# Each source becomes bitcode; all of them are linked, optimized and translated to PTX together, so
-# that functions of different sources are inlined. Without clang-19 Kindling has no kernels for
-# GPUs.
+# Each source becomes bitcode; all of them are linked, optimized and translated together, so that
+# functions of different sources are inlined. Without clang-19 Kindling has no kernels for GPUs.
 # SPDX-License-Identifier: Apache-2.0
 find_program(KINDLING_CLANG_19 clang++-19)
 find_path(KINDLING_IMATH_HEADERS ImathVec.h PATH_SUFFIXES Imath REQUIRED)
 mark_as_advanced(KINDLING_IMATH_HEADERS KINDLING_CLANG_19)
 
-# kindling_gpu_flags(VARIABLE): options of clang-19 for the sources that kernels call.
-function(kindling_gpu_flags variable)
+# kindling_gpu_flags(VARIABLE CPU): options of clang-19 for the sources that kernels call. CPU:
+# sm_70 and later of NVIDIA, gfx90a and others of AMD.
+function(kindling_gpu_flags variable cpu)
   # The headers are those of the host's compiler.
   execute_process(COMMAND ${KINDLING_CLANG_19} -E -x c++ -v - INPUT_FILE /dev/null OUTPUT_QUIET ERROR_VARIABLE report)
   string(REGEX REPLACE ".*search starts here:\n(.*)End of search list.*" "\\1" folders "${report}")
   string(REGEX REPLACE "[ \n]+" ";" folders "${folders}")
   list(REMOVE_ITEM folders "")
   list(TRANSFORM folders PREPEND "-isystem")
+  if(cpu MATCHES "^sm_")
+    set(target --target=nvptx64-nvidia-cuda)
+  else()
+    # Imath's half.h includes headers of x86 unless CUDA compiles it.
+    set(target --target=amdgcn-amd-amdhsa -nogpulib -D__CUDA_ARCH__=1)
+  endif()
   set(${variable}
-    --target=nvptx64-nvidia-cuda -Xclang -target-cpu -Xclang sm_70 -O3 -std=c++20 -ffp-contract=off -fno-math-errno
+    ${target} -Xclang -target-cpu -Xclang ${cpu} -O3 -std=c++20 -ffp-contract=off -fno-math-errno
     -fno-trapping-math -fno-exceptions -fno-rtti -DNDEBUG -nostdinc ${folders} -isystem${KINDLING_IMATH_HEADERS} -I${PROJECT_SOURCE_DIR}
     # The host's C library asks for its processor. <iostream>, which Imath includes, has global
     # objects; its parts have none. <memory> has a loop that waits with an instruction of the host.
@@ -25,22 +31,22 @@ function(kindling_gpu_flags variable)
     PARENT_SCOPE)
 endfunction()
 
-# kindling_gpu_kernels(ENTRIES LIST OUTPUT): makes the PTX of a source with entry points and of
-# those in the file LIST.
-function(kindling_gpu_kernels entries list output)
-  kindling_gpu_flags(flags)
+# kindling_gpu_kernels(CPU ENTRIES LIST OUTPUT): makes the assembly of a source with entry points and
+# of those in the file LIST; PTX for NVIDIA.
+function(kindling_gpu_kernels cpu entries list output)
+  kindling_gpu_flags(flags ${cpu})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${list})
   file(STRINGS ${list} sources REGEX "^[^#]")
   set(link)
   set(all_bitcode)
-  set(folder ${CMAKE_CURRENT_BINARY_DIR}/gpu)
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/gpu/${cpu})
   foreach(source IN LISTS sources)
     string(REPLACE "/" "_" name ${source})
     set(bitcode ${folder}/${name}.bc)
     add_custom_command(OUTPUT ${bitcode}
       COMMAND ${KINDLING_CLANG_19} ${flags} -MD -MF ${bitcode}.d -MT ${bitcode} -c -emit-llvm ${PROJECT_SOURCE_DIR}/renderer/${source} -o ${bitcode}
       DEPENDS ${PROJECT_SOURCE_DIR}/renderer/${source} DEPFILE ${bitcode}.d
-      COMMENT "Compiling ${source} for GPUs" VERBATIM)
+      COMMENT "Compiling ${source} for ${cpu}" VERBATIM)
     list(APPEND all_bitcode ${bitcode})
     list(APPEND link -Xclang -mlink-bitcode-file -Xclang ${bitcode})
   endforeach()
@@ -49,10 +55,10 @@ function(kindling_gpu_kernels entries list output)
   file(WRITE ${folder}/empty.cpp "")
   add_custom_command(OUTPUT ${folder}/sources.bc
     COMMAND ${KINDLING_CLANG_19} ${flags} -O0 -Xclang -disable-llvm-passes -c -emit-llvm ${folder}/empty.cpp ${link} -o ${folder}/sources.bc
-    DEPENDS ${all_bitcode} VERBATIM COMMENT "Linking the sources for GPUs")
+    DEPENDS ${all_bitcode} VERBATIM COMMENT "Linking the sources for ${cpu}")
   add_custom_command(OUTPUT ${output}
     COMMAND ${KINDLING_CLANG_19} ${flags} -MD -MF ${output}.d -MT ${output} -S ${entries}
             -Xclang -mlink-builtin-bitcode -Xclang ${folder}/sources.bc -o ${output}
     DEPENDS ${entries} ${folder}/sources.bc DEPFILE ${output}.d
-    COMMENT "Compiling the kernels for GPUs" VERBATIM)
+    COMMENT "Compiling the kernels for ${cpu}" VERBATIM)
 endfunction()

@@ -20,6 +20,9 @@ kindling_packages=(
   libgtest-dev libbenchmark-dev
 )
 
+# Kernels for GPUs; without it a build has none.
+kindling_optional_packages=(clang-19)
+
 # A Slurm cluster on one machine, for tests/farm and bench/farm_speedup.py.
 kindling_farm_packages=(munge slurmctld slurmd slurm-client)
 
@@ -52,7 +55,7 @@ missing_packages() {
   done
 }
 
-# install_packages [PACKAGE...]: the list, and these besides.
+# install_packages [PACKAGE...]: the list, these besides, and the optional ones where they can be.
 install_packages() {
   if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     fail "this machine has no apt-get; this script knows Debian 12 only. Install what cmake/KindlingDependencies.cmake finds, then:" \
@@ -62,6 +65,7 @@ install_packages() {
   mapfile -t missing < <(missing_packages "${kindling_packages[@]}" "$@")
   if [ ${#missing[@]} -eq 0 ]; then
     say "All Debian packages are installed"
+    install_optional_packages
     return
   fi
   if [ "$(id -u)" -ne 0 ]; then
@@ -72,11 +76,29 @@ install_packages() {
       fail "these packages are missing and sudo asks for a password; run this as root once: apt-get install ${missing[*]}"
   fi
   say "Installing ${#missing[@]} Debian packages: ${missing[*]}"
-  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
+  local apt=("${as_root[@]}" "${kindling_apt[@]}")
   # A foreign package source that does not answer is no reason to stop; what cannot be installed is.
   "${apt[@]}" update || say "apt-get update did not reach every package source; continuing with those that it reached"
   "${apt[@]}" install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get could not install all of: ${missing[*]} (see its lines above; is the network reachable, and is this Debian 12 or newer?)"
+  install_optional_packages
+}
+kindling_apt=(env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
+
+# Those that the package lists know, if no password is needed. Their absence is no failure.
+install_optional_packages() {
+  local missing package known=() as_root=()
+  mapfile -t missing < <(missing_packages "${kindling_optional_packages[@]}")
+  for package in "${missing[@]}"; do
+    if apt-cache show "$package" >/dev/null 2>&1; then known+=("$package"); fi
+  done
+  [ ${#known[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" -ne 0 ]; then
+    sudo -n true 2>/dev/null || return 0
+    as_root=(sudo)
+  fi
+  say "Installing optional Debian packages: ${known[*]}"
+  "${as_root[@]}" "${kindling_apt[@]}" install -y --no-install-recommends "${known[@]}" || say "Continuing without them"
 }
 
 # As many compilers at once as there are processors, one for each 1.5 GB of memory at most.

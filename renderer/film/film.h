@@ -46,7 +46,11 @@ class Film {
   Film(const V2i& size_px, const PixelRect& crop, AovSet aovs);
 
   // Adds a sample; `pixel` must be inside of crop().
-  void add(const V2i& pixel, const FilmSample& sample) { view().add(index_of(pixel), sample); }
+  void add(const V2i& pixel, const FilmSample& sample) {
+    const size_t index = index_of(pixel);
+    sums_[index].add(sample.radiance, sample.alpha, sample.weight);
+    if (!moments_.empty() || !blocks_.empty()) view().add_to_others(index, sample);
+  }
   // Adds the AOV data of a sample, in addition to add(). Does nothing if no AOV needs it.
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
     view().add_surface(index_of(pixel), surface, weight);

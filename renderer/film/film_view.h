@@ -32,6 +32,10 @@ struct FilmView {
 
   void add(size_t pixel, const FilmSample& sample) const {
     sums[pixel].add(sample.radiance, sample.alpha, sample.weight);
+    add_to_others(pixel, sample);
+  }
+  // The part of add() that only some renders need.
+  void add_to_others(size_t pixel, const FilmSample& sample) const {
     if (!moments.empty()) moments[pixel].add(luminance(sample.radiance), sample.weight);
     const uint32_t block = sample.index % kOutlierBlocks;
     if (!blocks.empty() && block != kOutlierBlocks - 1) // the last block is the pixel minus the other blocks

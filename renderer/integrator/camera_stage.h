@@ -45,7 +45,8 @@ inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, c
         camera_sample.pixel = V2i(block.min.x + static_cast<int>(i), y);
         camera_sample.address = addresses[i];
         camera_sample.sample_index = s;
-        rays[slot] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, camera_sample);
+        rays[slot] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, camera_sample.pixel,
+                                     addresses[i], camera_sample.filter_weight);
       }
     }
   }

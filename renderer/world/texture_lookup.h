@@ -83,7 +83,7 @@ class TextureLookup {
     return texture(binding).sample_rgb(at.uv, at.level);
   }
   // Returns the place where the binding is read; unused for procedural bindings.
-  [[nodiscard]] Place place(const TextureBinding& binding) const {
+  [[nodiscard, gnu::always_inline]] Place place(const TextureBinding& binding) const {
     if (binding.is_procedural()) [[unlikely]]
       return {};
     if (binding.texcoord != set_) find_set(binding.texcoord);

@@ -29,7 +29,8 @@ template <uint32_t WaveBlock::*kFirst>
   sample.pixel = block.corner + V2i(static_cast<int>(pixel % block.width), static_cast<int>(pixel / block.width));
   sample.sample_index = block.first_index + within % block.samples;
   sample.address = scene.sampler.address(sample.pixel, sample.sample_index);
-  const accel::Ray ray = make_camera_ray(scene.camera, scene.filter, draw_camera(scene.camera, sample.address), sample);
+  const accel::Ray ray = make_camera_ray(scene.camera, scene.filter, draw_camera(scene.camera, sample.address),
+                                         sample.pixel, sample.address, sample.filter_weight);
   wave.samples[slot] = sample;
   wave.rays[slot] = {};
   if (wave.surfaces != nullptr) wave.surfaces[slot] = FilmSurface{};

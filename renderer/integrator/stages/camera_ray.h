@@ -25,21 +25,23 @@ struct CameraDraws {
   return draws;
 }
 
-// Returns the ray, and completes `sample`, whose pixel, index and address are set.
-[[nodiscard]] inline accel::Ray make_camera_ray(const CameraView& camera, const PixelFilter& filter,
-                                                const CameraDraws& draws, CameraSample& sample) {
+// Returns the ray of a sample, and sets its weight.
+[[nodiscard, gnu::always_inline]] inline accel::Ray make_camera_ray(const CameraView& camera, const PixelFilter& filter,
+                                                                    const CameraDraws& draws, const V2i& pixel,
+                                                                    const SampleAddress& address,
+                                                                    float& filter_weight) {
   const PixelFilter::Sample jitter = filter.sample(draws.filter);
-  sample.filter_weight = jitter.weight;
-  const V2f film_px(static_cast<float>(sample.pixel.x) + 0.5f + jitter.offset.x,
-                    static_cast<float>(sample.pixel.y) + 0.5f + jitter.offset.y);
+  filter_weight = jitter.weight;
+  const V2f film_px(static_cast<float>(pixel.x) + 0.5f + jitter.offset.x,
+                    static_cast<float>(pixel.y) + 0.5f + jitter.offset.y);
   const CameraRay ray = camera.generate_ray(film_px, draws.lens, draws.time);
   return {.origin = ray.origin,
           .t_min = 0.0f,
           .direction = ray.direction,
           .t_max = kInfinity,
-          .key = sample.address.key,
+          .key = address.key,
           .time = draws.time,
-          .index = sample.address.index,
+          .index = address.index,
           .flags = kHitPartlyTransparent | kCameraRay};
 }
 
