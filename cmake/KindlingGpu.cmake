@@ -31,8 +31,8 @@ function(kindling_gpu_flags variable cpu)
     PARENT_SCOPE)
 endfunction()
 
-# kindling_gpu_kernels(CPU ENTRIES LIST OUTPUT): makes the assembly of a source with entry points and
-# of those in the file LIST; PTX for NVIDIA.
+# kindling_gpu_kernels(CPU ENTRIES LIST OUTPUT): makes the assembly of a source with entry points
+# and of those in the file LIST; PTX for NVIDIA.
 function(kindling_gpu_kernels cpu entries list output)
   kindling_gpu_flags(flags ${cpu})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${list})

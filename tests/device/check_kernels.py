@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the PTX of the kernels, and with --ptxas prints what NVIDIA's assembler makes of it.
+"""Checks the PTX of the kernels, and with --ptxas what NVIDIA's assembler makes of it.
 
 usage: check_kernels.py PTX [--ptxas PROGRAM] [--arch sm_90]
 Checked are
@@ -8,7 +8,9 @@ Checked are
  - symbols: nothing is declared outside, no call is through a pointer, no function calls itself on any way, so the depth
    of the stack is known;
  - stack: the arrays of a kernel and of what it calls, on the deepest way, have at most the bytes of STACK_BYTES.
-ptxas (of PyPI's nvidia-cuda-nvcc) adds registers, spilled values and its own stack to the table, and checks nothing.
+ptxas (of PyPI's nvidia-cuda-nvcc; minutes) adds registers, and the stack with spilled values; checked are
+ - the stack: at most an eighth and 256 bytes above STACK_BYTES;
+ - registers: at most those of REGISTERS, so that enough threads fit a multiprocessor.
 Exit code 0 if all hold, 1 with a line for each finding."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -36,6 +38,17 @@ STACK_BYTES = {
     "kindling_finish_tree_pixel": 128,
     "kindling_show_first_hit": 6656,
     "kindling_finish_first_hit_pixel": 128,
+}
+# Registers of kernels that have few; others take all 255 of a thread.
+REGISTERS = {
+    "kindling_begin_path": 64,
+    "kindling_intersect_opaque": 128,
+    "kindling_trace_shadow_opaque": 128,
+    "kindling_finish_pixel": 96,
+    "kindling_begin_tree": 64,
+    "kindling_take_node": 32,
+    "kindling_finish_tree_pixel": 96,
+    "kindling_finish_first_hit_pixel": 96,
 }
 # Functions into which the triangle test is compiled, by their names.
 TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:intersect|trace_shadow)_opaque$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
@@ -90,6 +103,18 @@ def assembled(ptxas, arch, ptx):
     return found
 
 
+def findings_of_ptxas(found):
+    """A line for each kernel that takes more registers or stack than it may; `found` from assembled()."""
+    for name in sorted(STACK_BYTES.keys() - found.keys()):
+        yield f"{name}: ptxas did not report it"
+    for name, (registers, stack) in sorted(found.items()):
+        if registers > REGISTERS.get(name, 255):
+            yield f"{name}: {registers} registers, more than {REGISTERS[name]}"
+        max_stack = STACK_BYTES[name] * 9 // 8 + 256
+        if stack > max_stack:
+            yield f"{name}: {stack} bytes of stack with spilled values, more than {max_stack}"
+
+
 def main():
     parser = argparse.ArgumentParser(usage=__doc__)
     parser.add_argument("ptx", type=pathlib.Path)
@@ -100,9 +125,12 @@ def main():
     bodies = functions(ptx)
     stack_of = deepest_stack(bodies)
     found = list(findings(ptx, stack_of))
-    by_ptxas = assembled(arguments.ptxas, arguments.arch, arguments.ptx) if arguments.ptxas else {}
+    by_ptxas = {}
+    if arguments.ptxas:
+        by_ptxas = assembled(arguments.ptxas, arguments.arch, arguments.ptx)
+        found += findings_of_ptxas(by_ptxas)
     print("| kernel | arrays on the stack, bytes | registers | stack with spills, bytes |\n|---|---|---|---|")
-    for name in STACK_BYTES.keys() & bodies.keys():
+    for name in [name for name in STACK_BYTES if name in bodies]:
         registers, stack = by_ptxas.get(name, ("", ""))
         print(f"| {name.removeprefix('kindling_')} | {stack_of(name)} | {registers} | {stack} |")
     for line in found:
