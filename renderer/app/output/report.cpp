@@ -37,10 +37,11 @@ std::string format_summary(const RenderReport& r) {
   std::string crop;
   if (r.crop.width() != r.size_px.x || r.crop.height() != r.size_px.y)
     crop = fmt::format(" (crop of {}x{})", r.crop.width(), r.crop.height());
-  std::string text = fmt::format("{} {}x{}{} at {}{} spp, {} on {} thread{}\n",
-                                 r.interrupted ? "interrupted:" : "rendered", r.size_px.x, r.size_px.y, crop,
-                                 s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "",
-                                 r.accelerator_description, s.threads, s.threads == 1 ? "" : "s");
+  std::string text = fmt::format(
+      "{} {}x{}{} at {}{} spp, {} on {}\n", r.interrupted ? "interrupted:" : "rendered", r.size_px.x, r.size_px.y, crop,
+      s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "", r.accelerator_description,
+      s.device.name == "cpu" ? fmt::format("{} thread{}", s.threads, s.threads == 1 ? "" : "s")
+                             : fmt::format("device {}", s.device.name));
   text += fmt::format("  time    load {}", format_seconds(t.load_s));
   if (t.import.textures.wall_s >= 0.0005)
     text += fmt::format(" (textures {})", format_seconds(t.import.textures.wall_s));

@@ -7,7 +7,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/device/kernels/all_kernels.h"
-#include "renderer/world/probes.h"
 #include "tests/device/frozen/frozen_scene.h"
 
 #include <algorithm>
@@ -19,21 +18,7 @@
 
 #include <sys/mman.h>
 
-namespace kindling {
-
-accel::Hit WorldView::probe_hit(const accel::Ray& ray) const { return compact_probe_hit(*this, ray); }
-bool WorldView::probe_is_blocked(const accel::Ray& ray) const { return compact_probe_is_blocked(*this, ray); }
-bool WorldView::sight_is_blocked(const accel::Ray& ray) const { return compact_sight_is_blocked(*this, ray); }
-void TextureView::fetch(int /*level*/, const std::array<int, 2>& /*x*/, const std::array<int, 2>& /*y*/,
-                        std::byte* /*texels*/) const {
-  std::abort();
-}
-WhittedTerms WhittedShader::cached_terms(const accel::Hit& /*hit*/, const SurfacePoint& /*surface*/,
-                                         WhittedCounters& /*counters*/) const {
-  std::abort();
-}
-
-namespace test {
+namespace kindling::test {
 namespace {
 
 // The arrays of a wave of one block: the whole image.
@@ -149,8 +134,7 @@ uint64_t render_file(const char* name, uint64_t& expected) {
 }
 
 } // namespace
-} // namespace test
-} // namespace kindling
+} // namespace kindling::test
 
 int main(int argc, char** argv) {
   const kindling::StandardArithmetic standard_arithmetic;
