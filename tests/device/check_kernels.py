@@ -83,9 +83,10 @@ def deepest_stack(bodies):
         if name in on_the_way:
             sys.exit(f"{name} calls itself: {' '.join(on_the_way)}")
         on_the_way.append(name)
-        deepest = max((stack_of(called) for called in CALL.findall(bodies[name])), default=0)
+        body = bodies.get(name, "")  # none: declared outside, a finding by itself
+        deepest = max((stack_of(called) for called in CALL.findall(body)), default=0)
         on_the_way.pop()
-        return local_bytes(bodies[name]) + deepest
+        return local_bytes(body) + deepest
 
     return stack_of
 

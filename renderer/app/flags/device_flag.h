@@ -3,6 +3,8 @@
 #pragma once
 
 #include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/scene_flags.h"
+#include "renderer/base/text.h"
 #include "renderer/device/make_device.h"
 
 #include <fmt/format.h>
