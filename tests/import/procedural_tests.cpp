@@ -191,6 +191,27 @@ TEST(Procedurals, ReportsFaultsOfGraphs) {
   expect_fault({graph(many, "vector2")}, {{"index", 0}}, at + "/outputs/0: ");
 }
 
+// Values are added up, then multiplied with the sum one after the other: all are needed until then.
+TEST(Procedurals, LimitsTheValuesThatAreNeededAtATime) {
+  const auto graph_of = [](int values) {
+    List nodes{node("texcoord", "vector2")};
+    const auto binary = [&](const char* kind, int first, const json& second) {
+      nodes.push_back(
+          node(kind, "vector2", {input("in1", "vector2", {{"node", first}}), input("in2", "vector2", second)}));
+      return static_cast<int>(nodes.size()) - 1;
+    };
+    for (int i = 1; i <= values; ++i) binary("modulo", 0, {{"value", {0.01 * i, 0.03}}});
+    int last = 0;
+    for (const char* kind : {"add", "multiply"})
+      for (int i = 1; i <= values; ++i) last = binary(kind, last, {{"node", i}});
+    return graph(nodes, "vector2");
+  };
+  EXPECT_TRUE(with_graphs(json::array({graph_of(60)})).warnings.empty());
+  expect_fault({graph_of(70)}, {{"index", 0}},
+               std::string("/extensions/") + kName +
+                   "/procedurals/0/outputs/0: 71 values are needed at a time, at most 64 are accepted");
+}
+
 TEST(Procedurals, IgnoresTexcoordAndTransformOfSlot) {
   GltfBuilder builder;
   builder.root["extensionsUsed"] = {kName, "KHR_texture_transform"};
