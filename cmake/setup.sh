@@ -55,6 +55,8 @@ missing_packages() {
   done
 }
 
+kindling_apt=(env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
+
 # install_packages [PACKAGE...]: the list, these besides, and the optional ones where they can be.
 install_packages() {
   if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
@@ -83,7 +85,6 @@ install_packages() {
     fail "apt-get could not install all of: ${missing[*]} (see its lines above; is the network reachable, and is this Debian 12 or newer?)"
   install_optional_packages
 }
-kindling_apt=(env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
 
 # Those that the package lists know, if no password is needed. Their absence is no failure.
 install_optional_packages() {

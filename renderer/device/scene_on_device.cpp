@@ -116,18 +116,18 @@ void place(const DeviceSceneInput& input, Arena& arena) {
   arena.write(offset, std::as_bytes(std::span(&scene, 1)));
 }
 
+size_t device_bytes(const DeviceSceneInput& input) {
+  Arena counter;
+  place(input, counter);
+  return counter.bytes();
+}
+
 } // namespace
 
 Result<void> check_device_scene(const World& world) {
   if (accel::view_of(*world.probed) == nullptr)
     return usage_error("a device renders with the kd-tree alone; use --accel kdtree");
   return {};
-}
-
-size_t device_bytes(const DeviceSceneInput& input) {
-  Arena counter;
-  place(input, counter);
-  return counter.bytes();
 }
 
 SceneOnDevice::SceneOnDevice(Device& device, const DeviceSceneInput& input) : memory_(device, device_bytes(input)) {

@@ -26,9 +26,6 @@ struct DeviceSceneInput {
 // Fails (usage) if no device can render the world, with the reason.
 [[nodiscard]] Result<void> check_device_scene(const World& world);
 
-// Returns the bytes that a scene takes on a device.
-[[nodiscard]] size_t device_bytes(const DeviceSceneInput& input);
-
 class SceneOnDevice {
  public:
   // Throws DeviceError if the device has no room. The input has passed check_device_scene().

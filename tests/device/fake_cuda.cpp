@@ -83,7 +83,6 @@ int cuDevicePrimaryCtxRetain(void** retained, int) {
 }
 int cuDevicePrimaryCtxRelease_v2(int) { return 0; }
 int cuCtxSetCurrent(void*) { return 0; }
-int cuCtxSynchronize() { return when_alive(0); }
 int cuMemGetInfo_v2(size_t* free_bytes, size_t* total_bytes) {
   *total_bytes = static_cast<size_t>(setting("memory", 1L << 40));
   *free_bytes = *total_bytes - allocated_bytes;

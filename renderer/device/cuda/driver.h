@@ -38,7 +38,6 @@ inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
   FUNCTION(retain_context, "cuDevicePrimaryCtxRetain", (Context * context, DeviceNumber device))                       \
   FUNCTION(release_context, "cuDevicePrimaryCtxRelease_v2", (DeviceNumber device))                                     \
   FUNCTION(use_context, "cuCtxSetCurrent", (Context context))                                                          \
-  FUNCTION(synchronize, "cuCtxSynchronize", ())                                                                        \
   FUNCTION(memory, "cuMemGetInfo_v2", (size_t * free_bytes, size_t * total_bytes))                                     \
   FUNCTION(allocate, "cuMemAlloc_v2", (Address * address, size_t bytes))                                               \
   FUNCTION(release, "cuMemFree_v2", (Address address))                                                                 \
