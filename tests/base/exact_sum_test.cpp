@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
+#include <thread>
 #include <vector>
 
 namespace kindling {
@@ -199,6 +201,28 @@ TEST(ExactSquareSum, EqualsSumOfTruncatedTerms) {
     }
     EXPECT_GT(sum.value(), 0.0);
   }
+}
+
+// All terms, in any order and by several threads, give one sum.
+TEST(ExactSum, SeveralThreadsAddToOneSum) {
+  using LargeSum = ExactSum<64, 52, 11>;
+  LargeSum plain, shared;
+  std::vector<double> terms;
+  std::mt19937 random(7);
+  for (int i = 0; i < 40000; ++i) {
+    const uint32_t bits = random();
+    const double size = std::ldexp(static_cast<double>(bits), -40 + static_cast<int>(bits % 60));
+    terms.push_back((bits & 64U) != 0 ? size : -size);
+  }
+  for (const double term : terms) plain.add(term);
+  {
+    std::vector<std::jthread> threads;
+    for (size_t t = 0; t < 4; ++t)
+      threads.emplace_back([&, t] {
+        for (size_t i = t; i < terms.size(); i += 4) shared.add_atomically(terms[i]);
+      });
+  }
+  EXPECT_EQ(shared, plain);
 }
 
 } // namespace

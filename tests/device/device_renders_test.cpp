@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -139,28 +137,6 @@ TEST(DeviceRenders, CountsTheSameRays) {
     EXPECT_EQ(host.whitted.reflection, cpu.whitted.reflection);
     EXPECT_EQ(host.whitted.transmission, cpu.whitted.transmission);
   }
-}
-
-// Shapes of the sums: all terms, in any order and by several threads, give one sum.
-TEST(DeviceRenders, AtomicSumsAreExact) {
-  using Sum = ExactSum<64, 52, 11>;
-  Sum plain, shared;
-  std::vector<double> terms;
-  uint32_t hash = 1;
-  for (int i = 0; i < 40000; ++i) {
-    hash = hash_u32(hash);
-    const double size = std::ldexp(static_cast<double>(hash), -40 + static_cast<int>(hash % 60));
-    terms.push_back((hash & 64U) != 0 ? size : -size);
-  }
-  for (const double term : terms) plain.add(term);
-  {
-    std::vector<std::jthread> threads;
-    for (size_t t = 0; t < 4; ++t)
-      threads.emplace_back([&, t] {
-        for (size_t i = t; i < terms.size(); i += 4) shared.add_atomically(terms[i]);
-      });
-  }
-  EXPECT_EQ(shared, plain);
 }
 
 // Half of the samples by one device and the rest by the other: saved in between, and resumed.
