@@ -4,6 +4,7 @@
 
 #include "renderer/facade/choose.h"
 #include "renderer/facade/light_sizes.h"
+#include "renderer/scene/strokes.h"
 
 #include <tbb/task_group.h>
 
@@ -29,6 +30,7 @@ Result<void> choose_shown(RenderScene& scene, const WorldSettings& settings) {
   const Result<int> variant = show_variant(scene.scene, settings.variant_name);
   if (!variant.ok()) return variant.error();
   scene.variant = variant.value();
+  if (!settings.outlines) scene.outlines_hidden = remove_outlines(scene.scene);
   apply_light_options(settings.lights, scene.scene);
   return {};
 }

@@ -53,6 +53,7 @@ struct RenderScene {
   std::optional<MemberValues> as_loaded;      // set by keep()
   const std::atomic<bool>* abandon = nullptr; // WorldOptions::abandon of its Worlds
   decltype(WorldOptions::wrap_accelerator) wrap_accelerator; // of its Worlds; may be null
+  size_t outlines_hidden = 0;                                // primitives that choose_shown() removed
   bool strokes_sized = false;                                // points and lines have their width
   bool shares_exposure = false;           // frames of an animation: ViewDecisions::exposure_stops is wanted
   std::optional<ViewDecisions> decisions; // of the last build_stage()
@@ -66,8 +67,8 @@ struct RenderScene {
   [[nodiscard]] TextureMemory* textures() { return texture_memory ? &*texture_memory : nullptr; }
 };
 
-// Applies the settings that choose from a loaded scene: scene, variant, sizes of lights. Sets
-// RenderScene::settings and source. Fails (usage) if there is no such scene or variant.
+// Applies the settings that choose from a loaded scene: scene, variant, outlines, sizes of lights.
+// Sets RenderScene::settings and source. Fails (usage) if there is no such scene or variant.
 [[nodiscard]] Result<void> choose_shown(RenderScene& scene, const WorldSettings& settings);
 
 // Loads a file and its environment in parallel, then calls choose_shown(). Reports Phase::load to

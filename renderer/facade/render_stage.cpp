@@ -257,6 +257,11 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     if (!again.ok()) return again.error();
     posed = std::move(again).value();
   }
+  if (scene.outlines_hidden != 0) {
+    listener.on_warning(
+        fmt::format("{}: lines along edges of triangles are not shown; --outlines shows them", scene.source));
+    scene.outlines_hidden = 0;
+  }
   const Result<const World*> world = next_world(scene, posed, image, more, cancel, listener);
   if (!world.ok()) return world.error();
 

@@ -185,6 +185,7 @@ struct Primitive {
   std::vector<V4f> weights;                    // like joints; normalized to sum 1 over all sets
   std::vector<MorphTarget> targets;
   Stroke stroke = Stroke::none;
+  bool outline = false;            // lines along edges of triangles of the same mesh
   std::vector<V3f> stroke_offsets; // unit; the bodies have no extent until size_strokes() moves vertices along them
 
   [[nodiscard]] size_t triangle_count() const { return indices.size() / 3; }

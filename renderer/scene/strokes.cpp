@@ -59,6 +59,13 @@ bool has_strokes(const Scene& scene) {
   });
 }
 
+size_t remove_outlines(Scene& scene) {
+  size_t removed = 0;
+  for (Mesh& mesh : scene.meshes)
+    removed += std::erase_if(mesh.primitives, [](const Primitive& primitive) { return primitive.outline; });
+  return removed;
+}
+
 void size_strokes(Scene& scene, const PosedScene& rest, const StrokeView& view, float width_px) {
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     const auto first = std::find_if(rest.meshes.begin(), rest.meshes.end(),

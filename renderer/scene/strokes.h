@@ -17,6 +17,9 @@ struct StrokeView {
 
 [[nodiscard]] bool has_strokes(const Scene& scene);
 
+// Removes the primitives that are outlines. Returns how many.
+size_t remove_outlines(Scene& scene);
+
 // Moves the vertices of points and lines by half of `width_px` pixels along their offsets, which
 // are then removed. Each vertex has the width of its own depth, in the first placement of its mesh
 // in `rest`, the scene in its rest pose. Skins and morph targets deform the bodies like other

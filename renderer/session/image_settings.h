@@ -67,6 +67,7 @@ struct WorldSettings {
   Studio studio = Studio::automatic; // the built-in environment, if none is given here
   LightOptions lights;
   double point_size_px = 2.0; // diameter of points and width of lines, at the camera of the first image
+  bool outlines = false;      // shows lines along edges of triangles of their mesh
 
   accel::Kind accelerator = accel::Kind::kdtree;
   accel::Quality quality = accel::Quality::balanced;

@@ -137,6 +137,7 @@ void add_light(const WorldSettings& o, const IntegratorSettings& s, const Resolv
   j["--studio"] = file || o.env_color ? SortedJson() : SortedJson(studio_name(o.studio));
   j["--light-radius"] = json_number(o.lights.radius_m);
   j["--point-size"] = json_number(o.point_size_px);
+  j["--outlines"] = o.outlines;
   j["--sun-angle"] = json_number(o.lights.sun_angle_deg);
   j["--background"] = s.transparent_background ? SortedJson("transparent")
                       : s.background           ? color(s.background)

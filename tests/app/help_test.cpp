@@ -96,9 +96,9 @@ TEST(Help, DefaultsOfRenderChangeNothing) {
 
 TEST(Help, EveryValueHasADefault) {
   const std::set<std::string> kWithout{
-      "--force",           "--follow-links", "--quiet",           "--verbose",       "--help",
-      "--pixel",           "--list-cameras", "--list-scenes",     "--list-variants", "--list-extensions",
-      "--extension-table", "--json",         "--no-embree-calls", "--quick",         "--strict"};
+      "--force", "--follow-links",    "--outlines",    "--quiet",         "--verbose",         "--help",
+      "--pixel", "--list-cameras",    "--list-scenes", "--list-variants", "--list-extensions", "--extension-table",
+      "--json",  "--no-embree-calls", "--quick",       "--strict"};
   for (const char* command : {"render", "info", "shootout", "scaling", "resume"}) {
     for (const auto& [flag, help] : help_of({command})) {
       EXPECT_NE(help.description, "") << command << " " << flag;

@@ -107,6 +107,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--studio", {true, kNone, {"--studio", "off"}}},
       {"--light-radius", {true, kNone, {"--light-radius", "0.1"}}},
       {"--sun-angle", {true, kNone, {"--sun-angle", "0.53"}}},
+      {"--outlines", {true, kNone, {"--outlines"}}},
       {"--point-size", {true, kNone, {"--point-size", "3"}}},
       {"--background", {true, kNone, {"--background", "0.1,0.2,0.3"}}},
       {"--integrator", {true, kNone, {"--integrator", "ambient-occlusion"}}},

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 namespace kindling::test {
@@ -69,6 +70,35 @@ TEST(Strokes, WidthsArePixelsAtTheCamera) {
     const V3f from = transform_point(rest.meshes[0].mesh_to_world, before[v]);
     const V3f to = transform_point(rest.meshes[0].mesh_to_world, sized.positions[v]);
     EXPECT_NEAR((to - from).length(), 0.5f * 3.0f * 0.01f * (5.0f - from.z), 1e-5f) << v;
+  }
+}
+
+class WarningLines final : public ProgressListener {
+ public:
+  std::vector<std::string> lines;
+
+ private:
+  void on_progress(const ProgressSnapshot&) override {}
+  void on_warning(std::string_view line) override { lines.emplace_back(line); }
+  void on_info(std::string_view) override {}
+};
+
+TEST(Strokes, OutlinesAreShownIfAskedFor) {
+  Primitive lines = strokes({V3f(-1.0f, 0.0f, 0.0f), V3f(1.0f, 0.0f, 0.0f)}, gltf::kModeLines);
+  lines.outline = true;
+  const Scene scene = make_scene({Material{}}, {strokes({V3f(0.0f, 1.0f, 0.0f)}, gltf::kModePoints), std::move(lines)});
+  for (const bool shown : {false, true}) {
+    WorldSettings world;
+    world.outlines = shown;
+    const std::unique_ptr<RenderScene> taken = take_render_scene(scene, world).value();
+    WarningLines warnings;
+    const ImageSettings image = front_image(4.0f);
+    const RenderStage stage =
+        build_stage(*taken, pose_image(*taken, image).value(), image, false, nullptr, warnings).value();
+    EXPECT_EQ(stage.world->statistics().accelerator.triangle_count, shown ? 24U : 8U);
+    const auto reported = std::count_if(warnings.lines.begin(), warnings.lines.end(),
+                                        [](const std::string& line) { return line.find("--outlines") != line.npos; });
+    EXPECT_EQ(reported, shown ? 0 : 1);
   }
 }
 

@@ -83,6 +83,42 @@ TEST(Mesh, MakesBodiesOfPointsAndLines) {
   }
 }
 
+// A square of two triangles, and lines of the given indices into its corners and its center.
+GltfBuilder square_with_lines(int mode, const std::vector<uint16_t>& lines) {
+  GltfBuilder builder = zigzag(4, {0, 1, 2, 2, 1, 3});
+  json& primitives = builder.root["meshes"][0]["primitives"];
+  json& triangles = primitives[0];
+  triangles["attributes"]["POSITION"] =
+      builder.accessor<float>({-0.0f, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, .5f, .5f, 0}, kFloat, "VEC3");
+  json edges = triangles;
+  edges["mode"] = mode;
+  edges["attributes"]["POSITION"] =
+      builder.accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, .5f, .5f, 0}, kFloat, "VEC3");
+  edges["indices"] = builder.accessor<uint16_t>(lines, kUnsignedShort, "SCALAR");
+  primitives.push_back(edges);
+  return builder;
+}
+
+TEST(Mesh, LinesAlongEdgesOfTrianglesAreOutlines) {
+  const auto is_outline = [](int mode, const std::vector<uint16_t>& lines) {
+    const Loaded loaded = load(square_with_lines(mode, lines));
+    EXPECT_TRUE(loaded.scene) << loaded.error;
+    const std::vector<Primitive>& primitives = loaded.scene.value().meshes[0].primitives;
+    EXPECT_EQ(primitives.size(), 2U);
+    EXPECT_FALSE(primitives[0].outline);
+    return primitives[1].outline;
+  };
+  EXPECT_TRUE(is_outline(1, {0, 1, 1, 3, 3, 2, 2, 0})); // of the square, which has a corner at -0
+  EXPECT_TRUE(is_outline(3, {0, 1, 3, 2, 0}));
+  EXPECT_TRUE(is_outline(2, {0, 1, 3, 2}));
+  EXPECT_TRUE(is_outline(1, {1, 2}));                    // the diagonal, an edge of both triangles
+  EXPECT_FALSE(is_outline(1, {0, 3}));                   // the other one
+  EXPECT_FALSE(is_outline(1, {0, 4}));                   // half of it
+  EXPECT_TRUE(is_outline(1, {0, 1, 1, 3, 3, 2, 0, 3}));  // three quarters
+  EXPECT_FALSE(is_outline(1, {0, 1, 1, 3, 0, 3, 0, 4})); // a half
+  EXPECT_FALSE(is_outline(0, {0, 1, 2, 3}));             // points at its corners
+}
+
 TEST(Mesh, VerticesOfBodiesHaveTheAttributesOfTheirPoint) {
   GltfBuilder builder = zigzag(3, {4, 0, 2});
   json& attributes = builder.root["meshes"][0]["primitives"][0]["attributes"];

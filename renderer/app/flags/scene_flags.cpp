@@ -51,6 +51,7 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
       fmt::format("Diameter of points and width of lines, at their distance from the camera at rest; 0: none [{:g}]",
                   o.point_size_px),
       [&o](auto text) { return store(parse_number(text, 0.0, 1000.0), o.point_size_px); });
+  flags.toggle("--outlines", "Also show lines along edges of the triangles of their mesh", o.outlines);
   flags.toggle("--follow-links", "Also read files of the scene behind symbolic links that lead out of its folder",
                o.follow_links);
 

@@ -12,6 +12,7 @@
 #include "renderer/facade/load_environment.h"
 #include "renderer/facade/render_stage.h"
 #include "renderer/import/load_gltf.h"
+#include "renderer/scene/strokes.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -139,6 +140,8 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   if (!root.ok()) return root.error();
   const Result<int> variant = show_variant(scene.value(), options.variant_name);
   if (!variant.ok()) return variant.error();
+  const SceneStatistics in_file = describe(scene.value());
+  const size_t outlines = options.image.outlines ? 0 : remove_outlines(scene.value());
   const Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), std::nullopt});
   if (!posed.ok()) return posed.error();
   int shown = root.value() != kNone ? root.value() : scene.value().default_scene;
@@ -146,6 +149,8 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   const Result<MemoryRequest> request = memory_request(options, scene.value(), posed.value());
   if (!request.ok()) return request.error();
   SceneInfo info = collect_scene_info(scene.value(), posed.value(), shown, variant.value(), request.value());
+  info.in_file = in_file;
+  info.outlines = outlines;
   if (options.topic == InfoTopic::cameras) return list_cameras(info, options.json);
   Result<LightingInfo> lighting = find_lighting(options, std::move(scene).value(), posed.value());
   if (!lighting.ok()) return lighting.error();

@@ -59,6 +59,7 @@ std::string format_info_json(const SceneInfo& info) {
   json["nodes"] = info.in_file.nodes;
   json["skins"] = info.in_file.skins;
   json["triangles"] = info.in_file.triangles;
+  json["outlines"] = info.outlines;
   json["placed_triangles"] = info.in_scene.triangles;
   json["placed_meshes"] = info.in_scene.mesh_instances;
   json["bounds"] = info.bounds.isEmpty()

@@ -56,6 +56,9 @@ std::string overview(const SceneInfo& info) {
   add("triangles", fmt::format("{} in the file, {} in the scene by {} placed mesh{}", info.in_file.triangles,
                                info.in_scene.triangles, info.in_scene.mesh_instances,
                                info.in_scene.mesh_instances == 1 ? "" : "es"));
+  if (info.outlines > 0)
+    add("outlines", fmt::format("{} primitive{} of lines along edges of triangles, not shown (--outlines shows them)",
+                                info.outlines, info.outlines == 1 ? "" : "s"));
   if (!info.bounds.isEmpty()) {
     const V3f size = info.bounds.size();
     add("bounds", fmt::format("({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}): {:.4g} x {:.4g} x {:.4g} m",

@@ -132,7 +132,6 @@ SceneInfo collect_scene_info(const Scene& scene, const PosedScene& posed, int sh
   info.content_hash = scene.content_hash;
   for (const SceneRoot& root : scene.scenes) info.scenes.push_back(root.name);
   info.shown_scene = shown_scene;
-  info.in_file = describe(scene);
   info.in_scene = describe(scene, posed);
   info.bounds = world_bounds(scene, posed);
   info.variants = scene.variants;

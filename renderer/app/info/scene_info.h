@@ -81,6 +81,7 @@ struct SceneInfo {
   std::vector<std::string> scenes;
   int shown_scene = kNone; // the scene that the numbers describe
   SceneStatistics in_file;
+  uint64_t outlines = 0; // primitives of lines that a render leaves out; set by the caller, as is in_file
   PosedStatistics in_scene;
   Box3f bounds; // bounds of the shown scene; empty for an empty scene
   std::vector<MeshInfo> meshes;

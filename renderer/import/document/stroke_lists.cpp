@@ -21,8 +21,7 @@ constexpr std::array<uint32_t, 24> kPointIndices{0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0
 
 // Vertices of either end: its tip, then the ring +u, +v, -u, -v, where u, v and the direction from
 // the first end to the second are a right-handed frame.
-constexpr size_t kEndVertices = 5;
-constexpr size_t kSegmentVertices = 2 * kEndVertices;
+constexpr size_t kEndVertices = kSegmentVertices / 2;
 constexpr std::array<uint32_t, 48> kSegmentIndices{0, 2, 1, 0, 3, 2, 0, 4, 3, 0, 1, 4, // first tip
                                                    5, 6, 7, 5, 7, 8, 5, 8, 9, 5, 9, 6, // second tip
                                                    1, 2, 7, 1, 7, 6, 2, 3, 8, 2, 8, 7, // sides

@@ -4,6 +4,7 @@
 
 #include "renderer/base/math.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,6 +15,10 @@ inline constexpr int kModePoints = 0;
 inline constexpr int kModeLines = 1;
 inline constexpr int kModeLineLoop = 2;
 inline constexpr int kModeLineStrip = 3;
+
+// Vertices of the body of a segment. The first half belongs to its first end, and begins with the
+// tip.
+inline constexpr size_t kSegmentVertices = 10;
 
 // The triangles of all bodies. Vertex i has the attributes of the file's vertex gather[i].
 struct StrokeList {

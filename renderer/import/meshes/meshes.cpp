@@ -4,6 +4,7 @@
 
 #include "renderer/import/materials/variant_mappings.h"
 #include "renderer/import/meshes/check_primitive.h"
+#include "renderer/import/meshes/outlines.h"
 #include "renderer/import/meshes/primitive.h"
 
 #include <fmt/format.h>
@@ -124,6 +125,7 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTim
       make_missing_tangents(job.mesh, job.primitive, materials_of(document, scene, job), *job.result, job.warnings);
   });
   tangents = tangents_clock.elapsed();
+  std::vector<std::vector<int>> modes(meshes.size()); // of the primitives that were read
   for (Job& job : jobs) {
     warnings.append(job.warnings);
     if (job.failure) {
@@ -136,7 +138,9 @@ void import_meshes(Document& document, Scene& scene, Warnings& warnings, WorkTim
     if (!job.result) continue;
     job.result->variant_materials = std::move(job.variant_materials);
     scene.meshes[job.mesh].primitives.push_back(std::move(*job.result));
+    modes[job.mesh].push_back(meshes[job.mesh].primitives[job.primitive].mode);
   }
+  for (size_t m = 0; m < meshes.size(); ++m) mark_outlines(scene.meshes[m].primitives, modes[m]);
 }
 
 } // namespace kindling::gltf
