@@ -3,7 +3,12 @@
 # Each source becomes bitcode; all of them are linked, optimized and translated together, so that
 # functions of different sources are inlined. Without clang-19 Kindling has no kernels for GPUs.
 # SPDX-License-Identifier: Apache-2.0
-find_program(KINDLING_CLANG_19 clang++-19)
+option(KINDLING_GPU "Compile kernels for GPUs, if clang++-19 is installed" ON)
+if(KINDLING_GPU)
+  find_program(KINDLING_CLANG_19 clang++-19)
+else()
+  unset(KINDLING_CLANG_19 CACHE)
+endif()
 find_path(KINDLING_IMATH_HEADERS ImathVec.h PATH_SUFFIXES Imath REQUIRED)
 mark_as_advanced(KINDLING_IMATH_HEADERS KINDLING_CLANG_19)
 

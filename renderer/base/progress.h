@@ -40,7 +40,7 @@ class CancelToken {
 };
 
 // The phases of a render, in order.
-enum class Phase { load, textures, build, render, write };
+enum class Phase { load, textures, build, render, denoise, write };
 
 // The state of an operation: `done` of `total` units of a phase. The fields after these are set in
 // the render phase only.

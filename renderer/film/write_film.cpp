@@ -53,6 +53,11 @@ std::vector<std::string> channel_names(Aov aov) {
   }
 }
 
+std::vector<float> rgba_of(const Film& film, const WriteOptions& options) {
+  return options.denoised.empty() ? film.resolve_rgba()
+                                  : std::vector<float>(options.denoised.begin(), options.denoised.end());
+}
+
 ExrLayer make_layer(std::vector<std::string> names, bool half, std::vector<float> values) {
   // Values beyond the largest half would become infinite and spoil any later filtering.
   if (half)
@@ -66,7 +71,9 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
   image.display_size_px = film.size_px();
   image.data_min_px = film.crop().min;
   image.data_max_px = film.crop().max;
-  image.layers.push_back(make_layer({"R", "G", "B", "A"}, options.half, film.resolve_rgba()));
+  image.layers.push_back(make_layer({"R", "G", "B", "A"}, options.half, rgba_of(film, options)));
+  if (!options.denoised.empty())
+    image.layers.push_back(make_layer({"noisy.R", "noisy.G", "noisy.B"}, options.half, film.resolve(Aov::beauty)));
   for (const AovInfo& info : kAovs) {
     if (info.aov == Aov::beauty || info.aov == Aov::alpha || !film.aovs().contains(info.aov)) continue;
     image.layers.push_back(make_layer(channel_names(info.aov), info.half && options.half, film.resolve(info.aov)));
@@ -89,8 +96,7 @@ std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const 
 }
 
 // Returns straight alpha, through the view.
-std::vector<float> display_rgba(const Film& film, const DisplayTransform& view) {
-  std::vector<float> rgba = film.resolve_rgba();
+std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view) {
   for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
     const float alpha = rgba[i + 3];
     for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
@@ -101,13 +107,13 @@ std::vector<float> display_rgba(const Film& film, const DisplayTransform& view) 
 
 Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                             const ImageMetadata& metadata, const WriteOptions& options) {
-  return write_png(path, display_rgba(film, view), {film.crop().width(), film.crop().height()}, options.png_bits,
-                   as_text(metadata, view));
+  return write_png(path, display_rgba(rgba_of(film, options), view), {film.crop().width(), film.crop().height()},
+                   options.png_bits, as_text(metadata, view));
 }
 
 Result<void> write_film_jpeg(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                              const ImageMetadata& metadata, const WriteOptions& options) {
-  std::vector<float> rgba = film.resolve_rgba(); // premultiplied: over black
+  std::vector<float> rgba = rgba_of(film, options); // premultiplied: over black
   view.apply(rgba);
   std::vector<float> rgb(rgba.size() / 4 * 3);
   for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
@@ -134,7 +140,7 @@ bool is_standard_output(const std::filesystem::path& path) {
 }
 
 std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view) {
-  return quantize_8bit(display_rgba(film, view));
+  return quantize_8bit(display_rgba(film.resolve_rgba(), view));
 }
 
 std::string unsupported_output(const std::filesystem::path& path) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct WriteOptions {
   bool half = true;      // true: EXR colors are half; false: float
   int png_bits = 8;      // 8 or 16
   int jpeg_quality = 95; // 1 to 100
+  // Four floats per pixel, as Film::resolve_rgba(), in place of the film's, which become the layer
+  // "noisy" of EXR files; empty: none.
+  std::span<const float> denoised;
 };
 
 // Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard

@@ -19,6 +19,13 @@ std::optional<Backfaces> backfaces_from_name(std::string_view name) {
   return std::nullopt;
 }
 
+AovSet ImageSettings::recorded_aovs() const {
+  AovSet recorded = aovs;
+  if (denoising != Denoising::off)
+    for (const Aov guide : {Aov::albedo, Aov::normal}) recorded.insert(guide);
+  return recorded;
+}
+
 RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px) {
   RenderSettings settings;
   settings.integrator = image.integrator;
@@ -33,7 +40,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.guiding = image.guiding;
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);
-  settings.aovs = image.aovs;
+  settings.aovs = image.recorded_aovs();
   if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
   return settings;
 }

@@ -5,6 +5,7 @@
 #include "accel/make_accelerator.h"
 #include "renderer/base/math.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/denoise/denoiser.h"
 #include "renderer/film/aov.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
@@ -111,6 +112,7 @@ struct ImageSettings {
   PixelFilterOptions filter;
   Outliers outliers = Outliers::keep;
   AovSet aovs;
+  Denoising denoising = Denoising::off;
 
   IntegratorSettings integrator; // including the background
   Guiding guiding = Guiding::automatic;
@@ -120,6 +122,8 @@ struct ImageSettings {
     if (time_limit_s) return kUnlimitedSamplesPerPixel;
     return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
   }
+  // Returns the AOVs of the film: `aovs`, and those that guide a denoiser.
+  [[nodiscard]] AovSet recorded_aovs() const;
   [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };
 

@@ -81,7 +81,7 @@ void add_frame(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
   const PixelRect crop = o.crop.value_or(PixelRect{V2i(0, 0), size});
   j["--size"] = {size.x, size.y}; // times --scale
   j["--crop"] = {crop.min.x, crop.min.y, crop.max.x, crop.max.y};
-  AovSet aovs = o.aovs;
+  AovSet aovs = o.recorded_aovs(); // of --aov, and of --denoise
   for (const Aov always : {Aov::beauty, Aov::alpha, Aov::samples}) aovs.insert(always);
   std::vector<std::string> names;
   for (const AovInfo& info : kAovs)

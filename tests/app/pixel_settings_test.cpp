@@ -66,6 +66,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
       {"--jpeg-quality", {false, kNone, {"--jpeg-quality", "50"}}},
+      {"--denoise", {true, kNone, {"--denoise", "best"}}}, // by the AOVs that it records
       {"--view", {false, kNone, {"--view", "Raw"}}},
       {"--exposure", {false, kNone, {"--exposure", "1"}}},
       {"--ocio", {false, kNone, {"--ocio", "a.ocio"}}},

@@ -91,6 +91,28 @@ TEST_F(WriteFilm, ExrHasOneLayerForEachAov) {
     EXPECT_NE(exr.find(name), std::string::npos) << name;
 }
 
+TEST_F(WriteFilm, DenoisedPixelsReplaceThoseOfTheFilm) {
+  Film film({2, 1}, {{0, 0}, {2, 1}}, {});
+  for (const int x : {0, 1}) film.add({x, 0}, {Rgb(0.25f), 1.0f, 1.0f});
+  const std::vector<float> denoised{1.0f, 0.5f, 0.25f, 1.0f, 0.0f, 0.5f, 1.0f, 1.0f};
+  WriteOptions options;
+  options.half = false;
+  options.denoised = denoised;
+  ASSERT_TRUE(write_film(folder_ / "a.exr", film, view("Raw"), {}, options).ok());
+  const Result<Image> exr = read_image_file(folder_ / "a.exr");
+  ASSERT_TRUE(exr.ok()) << exr.error().message;
+  ASSERT_EQ(exr.value().byte_count(), denoised.size() * sizeof(float));
+  EXPECT_EQ(std::memcmp(exr.value().pixels.data(), denoised.data(), exr.value().byte_count()), 0);
+  const std::string bytes = contents(folder_ / "a.exr");
+  for (const char* name : {"noisy.R", "noisy.G", "noisy.B"}) EXPECT_TRUE(has_channel(bytes, name)) << name;
+  for (const char* name : {"a.png", "a.jpg"}) {
+    ASSERT_TRUE(write_film(folder_ / name, film, view("Raw"), {}, options).ok());
+    const Result<Image> image = read_image_file(folder_ / name);
+    ASSERT_TRUE(image.ok()) << image.error().message;
+    EXPECT_GT(static_cast<int>(image.value().pixels[0]), 200) << name; // red of the first pixel
+  }
+}
+
 TEST_F(WriteFilm, ExrHasNoUnrequestedLayers) {
   const auto path = folder_ / "plain.exr";
   ASSERT_TRUE(write_film(path, gradient_film({}), view("Raw"), {}, {}).ok());

@@ -105,6 +105,7 @@ void override_render(const ResumeOptions& resume, RenderOptions& o) {
   if (!resume.scene_file.empty()) o.scene_file = resume.scene_file;
   if (!resume.outputs.empty()) o.outputs = resume.outputs;
   if (!resume.stats_file.empty()) o.stats_file = resume.stats_file;
+  if (resume.denoising) o.resumed_denoising = resume.denoising;
   if (resume.device) o.device = *resume.device;
   if (resume.threads) o.threads = *resume.threads;
   if (resume.time_limit_s) {

@@ -34,6 +34,13 @@ void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
               });
   flags.value("--jpeg-quality", "N", fmt::format("Quality of JPEG files, 1 to 100 [{}]", o.jpeg_quality),
               [&o](auto text) { return store(parse_integer(text, 1, 100), o.jpeg_quality); });
+  flags.value(
+      "--denoise", "off|fast|best",
+      fmt::format("Denoise images with Open Image Denoise, which cmake/get_oidn.sh installs; best takes longer [{}]",
+                  denoising_name(o.denoising)),
+      [&o](auto text) {
+        return choose(denoising_from_name(text), o.denoising, "way of denoising", text, {"off", "fast", "best"});
+      });
   flags.value("--view", "NAME", "OpenColorIO view of PNG and JPEG files [the configuration's default]",
               [&o](auto text) { return set_text(text, o.view); });
   flags.value("--exposure", "STOPS|auto",

@@ -31,6 +31,12 @@ void add_resume_flags(FlagSet& flags, ResumeOptions& o) {
               [&o](auto text) { return set_path(text, o.scene_file); });
   flags.value("--time-limit", "TIME", "Time limit of all runs together [unchanged]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
+  flags.value("--denoise", "off|fast|best", "Denoise images with Open Image Denoise [unchanged]",
+              [&o](auto text) -> Result<void> {
+                o.denoising = denoising_from_name(text);
+                if (!o.denoising) return unknown_name("way of denoising", text, {"off", "fast", "best"});
+                return {};
+              });
   flags.group("Machine");
   add_device_flag(flags, o.device, "unchanged");
   flags.value("--threads", "N", "Threads; 0: all cores [unchanged]",

@@ -39,6 +39,9 @@ struct RenderOptions : WorldSettings, ImageSettings {
   std::optional<double> exposure_stops = 0.0; // none: auto
   std::string ocio_config;
 
+  std::optional<Denoising> resumed_denoising; // of `kindling resume`, which cannot change what the film records
+  [[nodiscard]] Denoising denoising_of_images() const { return resumed_denoising.value_or(denoising); }
+
   std::optional<V2i> replay_pixel; // if set, one sample is replayed and no image is written
   uint32_t replay_sample = 0;
 

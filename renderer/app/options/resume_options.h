@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/app/options/progress_mode.h"
+#include "renderer/denoise/denoiser.h"
 #include "renderer/device/make_device.h"
 
 #include <cstdint>
@@ -20,6 +21,7 @@ struct ResumeOptions {
   std::optional<uint32_t> spp;
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path stats_file;
+  std::optional<Denoising> denoising;
   std::optional<DeviceKind> device;
   std::optional<int> threads;
   std::optional<double> time_limit_s;

@@ -5,6 +5,7 @@
 #include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/text/text_format.h"
+#include "renderer/denoise/denoiser.h"
 #include "renderer/image/atomic_file.h"
 #include "renderer/session/accumulation_file.h"
 #include "renderer/session/image_metadata.h"
@@ -71,6 +72,8 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
     }
     if (Result<void> writable = check_writable(output); !writable.ok()) return writable.error();
   }
+  if (options.denoising_of_images() != Denoising::off)
+    if (const Result<Denoiser> denoiser = Denoiser::open(options.threads); !denoiser.ok()) return denoiser.error();
   if (!options.stats_file.empty())
     if (Result<void> writable = check_writable(options.stats_file); !writable.ok())
       return Error{writable.error().kind, "--stats: " + writable.error().message};
@@ -117,16 +120,70 @@ ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
                        camera);
 }
 
+namespace {
+
+struct DenoisedFilm {
+  std::vector<float> rgba;
+  std::string by; // "Open Image Denoise 2.5.1, best"
+};
+
+Result<DenoisedFilm> denoise_film(const Film& film, const RenderOptions& options, ProgressDisplay& display,
+                                  Console& console) {
+  const Result<Denoiser> denoiser = Denoiser::open(options.threads);
+  if (!denoiser.ok()) return denoiser.error();
+  NoisyImage image{{film.crop().width(), film.crop().height()}, {}, {}, {}};
+  const std::vector<float> rgba = film.resolve_rgba();
+  std::vector<float> albedo, normal;
+  if (film.aovs().contains(Aov::albedo)) albedo = film.resolve(Aov::albedo);
+  if (film.aovs().contains(Aov::normal)) normal = film.resolve(Aov::normal);
+  if (albedo.empty() || normal.empty())
+    console.warning("--denoise: the sums have no albedo and normal, so that textures and edges blur; render with "
+                    "--denoise or --aov albedo,normal");
+  image.rgba = rgba;
+  image.albedo = albedo;
+  image.normal = normal;
+  const Denoising quality = options.denoising_of_images();
+  display.start_phase(Phase::denoise);
+  Result<std::vector<float>> denoised = denoiser.value().denoise(image, quality, [&](double fraction) {
+    display.on_progress({.phase = Phase::denoise, .done = fraction, .total = 1.0});
+    return true;
+  });
+  display.end_phase();
+  if (!denoised.ok()) return denoised.error();
+  return DenoisedFilm{std::move(denoised).value(),
+                      fmt::format("Open Image Denoise {}, {}", denoiser.value().version(), denoising_name(quality))};
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+} // namespace
+
 WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& film, const DisplayTransform& view,
-                           const ImageMetadata& metadata, const RenderOptions& options, ProgressDisplay& display,
+                           const ImageMetadata& film_metadata, const RenderOptions& options, ProgressDisplay& display,
                            Console& console) {
-  const auto start = std::chrono::steady_clock::now();
   WrittenImages written;
+  ImageMetadata metadata = film_metadata;
+  WriteOptions format{options.exr_half, options.png_bits, options.jpeg_quality, {}};
+  DenoisedFilm denoised;
+  if (options.denoising_of_images() != Denoising::off && !outputs.empty()) {
+    const auto start = std::chrono::steady_clock::now();
+    Result<DenoisedFilm> done = denoise_film(film, options, display, console);
+    if (done.ok()) {
+      denoised = std::move(done).value();
+      format.denoised = denoised.rgba;
+      metadata.text["kindling:denoised"] = denoised.by;
+    } else { // the noisy image is worth more than none
+      written.first_error = done.error();
+    }
+    written.denoise_s = seconds_since(start);
+  }
+  const auto start = std::chrono::steady_clock::now();
   const std::optional<DisplayTransform> exposed = choose_exposure(options, film, metadata, outputs, console);
   display.start_phase(Phase::write);
   for (size_t i = 0; i < outputs.size(); ++i) {
-    Result<void> done = write_film(outputs[i], film, exposed ? *exposed : view, metadata,
-                                   {options.exr_half, options.png_bits, options.jpeg_quality});
+    Result<void> done = write_film(outputs[i], film, exposed ? *exposed : view, metadata, format);
     if (!done.ok() && written.first_error)
       console.error(done.error().message);
     else if (!done.ok())
@@ -136,7 +193,7 @@ WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& fil
     display.on_progress({.phase = Phase::write, .done = i + 1.0, .total = static_cast<double>(outputs.size())});
   }
   display.end_phase();
-  written.write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  written.write_s = seconds_since(start);
   return written;
 }
 

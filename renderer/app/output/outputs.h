@@ -42,6 +42,7 @@ namespace kindling::app {
 struct WrittenImages {
   std::vector<std::string> files;   // written successfully
   std::optional<Error> first_error; // further ones have been printed
+  double denoise_s = 0.0;           // 0 without --denoise
   double write_s = 0.0;
 };
 

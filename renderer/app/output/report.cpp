@@ -45,8 +45,9 @@ std::string format_summary(const RenderReport& r) {
   text += fmt::format("  time    load {}", format_seconds(t.load_s));
   if (t.import.textures.wall_s >= 0.0005)
     text += fmt::format(" (textures {})", format_seconds(t.import.textures.wall_s));
-  text += fmt::format(", build {}, render {}, write {}; {} in all\n", format_seconds(t.build_s),
-                      format_seconds(t.render_s), format_seconds(t.write_s), format_seconds(t.total_s));
+  text += fmt::format(", build {}, render {}{}, write {}; {} in all\n", format_seconds(t.build_s),
+                      format_seconds(t.render_s), t.denoise_s > 0.0 ? ", denoise " + format_seconds(t.denoise_s) : "",
+                      format_seconds(t.write_s), format_seconds(t.total_s));
   if (r.adaptive.enabled())
     text += fmt::format("  noise   {:.1f}% of the pixels converged to {:g}; {:.1f} spp on average\n",
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);

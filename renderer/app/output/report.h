@@ -25,6 +25,7 @@ struct PhaseTimes {
   EnvironmentTimes environment; // in parallel with these
   double build_s = 0.0;         // posing, lights, materials and the accelerator
   double render_s = 0.0;
+  double denoise_s = 0.0;
   double write_s = 0.0;
   double total_s = 0.0;         // since the process was started, or since the frame before
   double before_render_s = 0.0; // from the same moment to the first camera ray

@@ -52,6 +52,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                     {"accelerator", r.world.times.accelerator.wall_s},
                     {"training", s.guiding.training_s},
                     {"render", r.times.render_s},
+                    {"denoise", r.times.denoise_s},
                     {"write", r.times.write_s}};
   json["total_s"] = r.times.total_s;
   json["time_to_first_ray_s"] = r.times.before_render_s;

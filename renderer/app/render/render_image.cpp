@@ -164,6 +164,7 @@ class ImageRender {
   Result<void> write(const Film& film) {
     WrittenImages written =
         write_images(accumulations_.images(), film, *request_.view, metadata(), options_, run_.display, run_.console);
+    report_.times.denoise_s = written.denoise_s;
     report_.times.write_s = written.write_s;
     return finish(std::move(written));
   }

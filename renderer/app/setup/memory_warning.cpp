@@ -18,7 +18,7 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
                                                  const RenderOptions& options) {
   MemoryRequest request;
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
-  request.aovs = options.aovs;
+  request.aovs = options.recorded_aovs();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
   add_environment(scene.environment.get(), options, request);

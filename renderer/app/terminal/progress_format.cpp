@@ -53,6 +53,7 @@ std::string_view phase_name(Phase phase) {
   case Phase::textures: return "textures";
   case Phase::build: return "build";
   case Phase::render: return "render";
+  case Phase::denoise: return "denoise";
   case Phase::write: return "write";
   }
   return "?";

@@ -3,6 +3,7 @@
 #include "renderer/app/terminal/version.h"
 
 #include "accel/make_accelerator.h"
+#include "renderer/denoise/denoiser.h"
 #include "renderer/image/library_versions.h"
 
 #include <CLI/Version.hpp>
@@ -22,6 +23,9 @@ std::string version_text() {
                         accel::kind_description(kind));
   text += fmt::format("\noneTBB       {}\n", TBB_runtime_version());
   for (const auto& [name, number] : image_library_versions()) text += fmt::format("{:<12} {}\n", name, number);
+  const Result<Denoiser> denoiser = Denoiser::open(1);
+  text += fmt::format("OIDN         {}\n",
+                      denoiser.ok() ? denoiser.value().version() : "none (cmake/get_oidn.sh installs it)");
   text +=
       fmt::format("CLI11        {}\nspdlog       {}.{}.{}\nfmt          {}.{}.{}\n", CLI11_VERSION, SPDLOG_VER_MAJOR,
                   SPDLOG_VER_MINOR, SPDLOG_VER_PATCH, FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100);

@@ -1,0 +1,92 @@
+// `--denoise` of render, resume and merge, with a stand-in for Open Image Denoise.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/image/decode_image.h"
+#include "tests/app/run_program.h"
+#include "tests/app/test_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace kindling::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+class DenoiseCommand : public SceneFolder {
+ protected:
+  void SetUp() override {
+    SceneFolder::SetUp();
+    write_scene();
+    ASSERT_EQ(setenv("KINDLING_OIDN", KINDLING_FAKE_OIDN, 1), 0);
+  }
+  void TearDown() override {
+    unsetenv("KINDLING_OIDN");
+    unsetenv("FAKE_OIDN");
+    SceneFolder::TearDown();
+  }
+  void expect_done(const Words& words) const {
+    const ProgramResult result = run_program(words, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  }
+  [[nodiscard]] static Words render(const Words& more) {
+    Words words{"render", "scene.gltf", "--size", "40x36", "--spp", "4", "--exr-float"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  [[nodiscard]] std::vector<std::byte> pixels(const std::string& name) const {
+    Result<Image> image = read_image_file(folder_ / name);
+    EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+    return image.ok() ? image.value().pixels : std::vector<std::byte>();
+  }
+};
+
+TEST_F(DenoiseCommand, ImagesAreDenoisedAndSumsAreNot) {
+  expect_done(render({"-o", "plain.exr"}));
+  expect_done(render({"--denoise", "fast", "-o", "denoised.exr", "-o", "sums.kacc", "--stats", "stats.json"}));
+  EXPECT_NE(pixels("denoised.exr"), pixels("plain.exr"));
+  EXPECT_NE(read_file("denoised.exr").find("Open Image Denoise 2.99.7, fast"), std::string::npos);
+  EXPECT_NE(read_file("stats.json").find("\"denoise\""), std::string::npos);
+  expect_done({"merge", "sums.kacc", "-o", "noisy.exr", "--exr-float"});
+  EXPECT_EQ(pixels("noisy.exr"), pixels("plain.exr"));
+  expect_done({"merge", "sums.kacc", "-o", "merged.exr", "--exr-float", "--denoise", "fast"});
+  EXPECT_EQ(pixels("merged.exr"), pixels("denoised.exr"));
+}
+
+TEST_F(DenoiseCommand, ResumedRendersMayChangeIt) {
+  expect_done(render({"--denoise", "best", "-o", "whole.exr"}));
+  expect_done(render({"--aov", "albedo,normal", "--checkpoint", "a.kacc", "-o", "noisy.exr"}));
+  expect_done({"resume", "a.kacc", "--denoise", "best", "-o", "resumed.exr"});
+  EXPECT_EQ(pixels("resumed.exr"), pixels("whole.exr"));
+}
+
+TEST_F(DenoiseCommand, SumsWithoutAlbedoAreDenoisedWithAWarning) {
+  expect_done(render({"-o", "sums.kacc"}));
+  const ProgramResult merged = run_program({"merge", "sums.kacc", "-o", "a.png", "--denoise", "best"}, folder_);
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_NE(merged.err.find("no albedo and normal"), std::string::npos) << merged.err;
+}
+
+TEST_F(DenoiseCommand, WithoutTheLibraryNothingIsRendered) {
+  setenv("KINDLING_OIDN", "/nowhere", 1);
+  const ProgramResult result = run_program(render({"--denoise", "best", "-o", "a.png"}), folder_);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.err_lines().size(), 1U) << result.err;
+  EXPECT_NE(result.err.find("cmake/get_oidn.sh"), std::string::npos) << result.err;
+  EXPECT_FALSE(exists("a.png"));
+  EXPECT_NE(run_program({"--version"}, folder_).out.find("OIDN         none"), std::string::npos);
+}
+
+TEST_F(DenoiseCommand, AFailureLeavesTheNoisyImage) {
+  expect_done(render({"-o", "plain.exr"}));
+  setenv("FAKE_OIDN", "execute=4", 1);
+  const ProgramResult result = run_program(render({"--denoise", "best", "-o", "a.exr"}), folder_);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("Open Image Denoise: a reason (error 4)"), std::string::npos) << result.err;
+  EXPECT_EQ(pixels("a.exr"), pixels("plain.exr"));
+}
+
+} // namespace
+} // namespace kindling::test
