@@ -28,6 +28,18 @@ namespace {
 
 using nlohmann::json;
 
+// Returns the text without its middle if it is long: an error quotes the last word that was read,
+// which may be most of a file.
+std::string without_middle(const std::string& text) {
+  constexpr size_t kHead = 120, kTail = 60;
+  if (text.size() <= kHead + kTail) return text;
+  const auto is_inside_character = [&](size_t i) { return (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80; };
+  size_t head = kHead, tail = text.size() - kTail;
+  while (head > 0 && is_inside_character(head)) --head;
+  while (tail < text.size() && is_inside_character(tail)) ++tail;
+  return text.substr(0, head) + " ... " + text.substr(tail);
+}
+
 // Parses text; throws ImportFailure.
 json parse(std::string_view text) {
   try {
@@ -39,7 +51,7 @@ json parse(std::string_view text) {
     if (const size_t end = what.find("] "); end != std::string_view::npos) what.remove_prefix(end + 2);
     std::string line;
     for (const char c : what) line += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    fail("", fmt::format("not valid JSON: {}", line), "INVALID_JSON");
+    fail("", fmt::format("not valid JSON: {}", without_middle(line)), "INVALID_JSON");
   }
 }
 

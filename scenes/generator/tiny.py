@@ -287,10 +287,11 @@ def quantized():
 
 
 def points_and_lines():
-    """A triangle to render, and points and a line strip to skip with one warning."""
+    """A triangle, points at its corners, and a line strip that completes the square."""
     g = Gltf()
-    positions = {"POSITION": g.add_accessor([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "VEC3", bounds=True)}
-    primitives = [{"attributes": positions, "mode": mode} for mode in (0, 3, 4)]
+    triangle = {"POSITION": g.add_accessor([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "VEC3", bounds=True)}
+    strip = {"POSITION": g.add_accessor([(1, 0, 0), (1, 1, 0), (0, 1, 0)], "VEC3", bounds=True)}
+    primitives = [{"attributes": strip if mode == 3 else triangle, "mode": mode} for mode in (0, 3, 4)]
     return g.finish([g.add_node("mixed", mesh=g.add("meshes", {"primitives": primitives}))], "modes").to_gltf()
 
 

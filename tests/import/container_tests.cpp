@@ -212,6 +212,14 @@ TEST(Container, NumbersThatOverflowAreLimited) {
   EXPECT_TRUE(loaded.warned("number overflow parsing '1e400' (INVALID_JSON); the largest number is used"));
 }
 
+TEST(Container, ErrorsOfLongTextsAreShort) {
+  const std::string text = R"({"asset":{"version":"2.0"},"extras":)" + std::string(20000, '[') + "\u00e9x";
+  const std::string error = load_text(text).error;
+  EXPECT_EQ(error.rfind("not valid JSON: parse error at line 1, column 20037", 0), 0U) << error;
+  EXPECT_LT(error.size(), 300U);
+  EXPECT_NE(error.find(" ... "), std::string::npos) << error;
+}
+
 TEST(Container, SurvivesDeepJson) {
   const size_t depth = 200000;
   const std::string deep = std::string(depth, '[') + std::string(depth, ']');

@@ -71,6 +71,9 @@ a farm is still at work
 interrupted by SIGHUP, SIGINT or SIGTERM; the images and the checkpoint are written
 .SH ENVIRONMENT
 .TP
+\fBKINDLING_OIDN\fR
+The library of Open Image Denoise for \fB\-\-denoise\fR, or a folder that has it.
+.TP
 \fBOCIO\fR
 The OpenColorIO configuration where \fB\-\-ocio\fR names none.
 .SH EXAMPLES

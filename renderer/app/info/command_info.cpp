@@ -103,7 +103,7 @@ Result<LightingInfo> find_lighting(const InfoOptions& options, Scene&& scene, co
   if (posed.image_light != kNone) return LightingInfo{"image light", {}};
   if (!posed.lights.empty()) return LightingInfo{"lights", {}};
   if (std::none_of(scene.materials.begin(), scene.materials.end(), is_lamp)) return LightingInfo{"studio", {}};
-  WorldSettings world = options.image;
+  WorldSettings world = static_cast<const WorldSettings&>(options.image);
   world.scene_name = options.scene_name;
   world.variant_name = options.variant_name;
   Result<std::unique_ptr<RenderScene>> taken = take_render_scene(std::move(scene), world);

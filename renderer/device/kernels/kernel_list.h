@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -32,8 +33,9 @@ enum class Kernel : uint8_t {
   KINDLING_KERNELS(KINDLING_KERNEL_NAME)
 #undef KINDLING_KERNEL_NAME
 };
-#define KINDLING_ONE(name, argument) +1
-inline constexpr size_t kKernelCount = 0 KINDLING_KERNELS(KINDLING_ONE);
-#undef KINDLING_ONE
+#define KINDLING_KERNEL(name, argument) Kernel::name,
+inline constexpr std::array kAllKernels{KINDLING_KERNELS(KINDLING_KERNEL)};
+#undef KINDLING_KERNEL
+inline constexpr size_t kKernelCount = kAllKernels.size();
 
 } // namespace kindling
