@@ -11,8 +11,12 @@ case "${1:-}" in
     printf 'usage: cmake/get_oidn.sh [FOLDER|--if-missing]\nInstalls the libraries of Open Image Denoise (Apache-2.0; 52 MB, a download of 88 MB) into %s, where\nkindling finds them, or into FOLDER, which KINDLING_OIDN must then name. Needs python3-pip.\n--if-missing: nothing if they are there.\n' "$folder"
     exit 0
     ;;
+  -*) fail "unknown argument '$1'; it takes FOLDER or --if-missing" ;;
   *) folder=$1 ;;
 esac
+# What it replaces is an earlier installation and nothing else.
+[ ! -e "$folder" ] || [ -e "$folder/lib/libOpenImageDenoise.so.2" ] ||
+  fail "$folder exists and is no installation of Open Image Denoise; give the name of a new folder"
 
 # The wheel of this version holds Open Image Denoise 2.5.1 as Intel compiled it.
 wheel='pyoidn==2.5.1.0 --hash=sha256:32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e'
@@ -35,7 +39,7 @@ cat >"$work/oidn/NOTICE" <<'NOTICE'
 Intel Open Image Denoise 2.5.1. Copyright Intel Corporation. Licensed under the Apache License, Version 2.0,
 http://www.apache.org/licenses/LICENSE-2.0. The libraries are those of the Python package pyoidn 2.5.1.0, unchanged.
 NOTICE
-rm -rf "$folder"
+[ ! -e "$folder" ] || mv "$folder" "$work/before"
 mv "$work/oidn" "$folder"
 say "Installed Open Image Denoise into $folder"
 say "Denoise an image: kindling render SCENE.glb --denoise best -o image.png"

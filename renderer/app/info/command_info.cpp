@@ -141,7 +141,7 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   const Result<int> variant = show_variant(scene.value(), options.variant_name);
   if (!variant.ok()) return variant.error();
   const SceneStatistics in_file = describe(scene.value());
-  const size_t outlines = options.image.outlines ? 0 : remove_outlines(scene.value());
+  const size_t outlines = remove_outlines(scene.value()); // as a render with default settings
   const Result<PosedScene> posed = pose_scene(scene.value(), {root.value(), std::nullopt});
   if (!posed.ok()) return posed.error();
   int shown = root.value() != kNone ? root.value() : scene.value().default_scene;

@@ -10,11 +10,11 @@
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/exit_code.h"
-#include "renderer/app/terminal/version.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/distributed/farm_status.h"
 #include "renderer/distributed/farm_worker.h"
 #include "renderer/import/load_gltf.h"
+#include "renderer/session/program_identity.h"
 
 #include <fmt/format.h>
 
@@ -40,7 +40,7 @@ Result<CommandLine> check_command(const std::vector<std::string>& command) {
 Result<FarmPlan> make_plan(const FarmSubmitOptions& options) {
   std::error_code error;
   FarmPlan plan;
-  plan.program = version_text().substr(0, version_text().find('\n'));
+  plan.program = fmt::format("kindling {}", version());
   plan.binary = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return Error{ErrorKind::input_output, "/proc/self/exe: " + error.message()};
   plan.working_folder = std::filesystem::current_path(error);
