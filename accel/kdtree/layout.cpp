@@ -213,7 +213,7 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     if (i > 0)
       parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
                      [](size_t, uint32_t, const BinaryNode&, const Depth&) {});
-    parts[i].encode_leaves(tree.geometries);
+    parts[i].encode_leaves(tree.geometries.all());
   });
 
   binary.arenas.clear(); // frees memory for the tree
@@ -247,7 +247,7 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlic
   Tree tree;
   tree.bounds = binary.bounds;
   tree.triangle_count = binary.triangle_count;
-  tree.geometries = std::move(geometries);
+  tree.geometries = GeometryTable(std::move(geometries));
   if (binary.root.is_empty()) return tree;
   for (int k = 0; k < 3; ++k) {
     const float margin = 4.0f * std::numeric_limits<float>::epsilon() *

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "accel/kdtree/aligned_array.h"
+#include "accel/kdtree/geometry_table.h"
 #include "accel/kdtree/leaf_block.h"
-#include "accel/kdtree/reference.h"
 #include "accel/kdtree/wide_node.h"
 
 #include <ImathBox.h>
@@ -12,7 +12,6 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace kindling::accel::kd {
 
@@ -26,14 +25,14 @@ struct Tree {
   // Slightly enlarged bounds that rays are clipped to; in a deforming tree those at the begin of
   // the slice, interpolated to those at its end.
   Imath::Box3f clip_bounds;
-  Imath::Box3f clip_bounds_at_end;  // of a deforming tree
-  float largest_extent = 0.0f;      // of a deforming tree: the largest range of a triangle's coordinates along an axis
-  std::vector<Geometry> geometries; // sorted by first_primitive
+  Imath::Box3f clip_bounds_at_end; // of a deforming tree
+  float largest_extent = 0.0f;     // of a deforming tree: the largest range of a triangle's coordinates along an axis
+  GeometryTable geometries;
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 
   [[nodiscard]] size_t memory_bytes() const {
     return sizeof(Tree) + nodes.size() * sizeof(WideNode) + displacements.size() * sizeof(PlaneDisplacements) +
-           leaves.size() * sizeof(LeafUnit) + geometries.capacity() * sizeof(Geometry);
+           leaves.size() * sizeof(LeafUnit) + geometries.memory_bytes();
   }
   [[nodiscard]] bool deforms() const { return displacements.size() != 0; }
   // Returns the first block of a leaf in a static tree.
@@ -41,15 +40,7 @@ struct Tree {
     assert((leaf & kLeafBit) != 0 && !deforms());
     return LeafBlock(leaves.data() + (leaf & ~kLeafBit));
   }
-  [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const {
-    assert(!geometries.empty());
-    size_t first = 0, last = geometries.size();
-    while (last - first > 1) {
-      const size_t middle = (first + last) / 2;
-      (geometries[middle].first_primitive <= primitive ? first : last) = middle;
-    }
-    return geometries[first];
-  }
+  [[nodiscard]] const Geometry& geometry_of(uint32_t primitive) const { return geometries.of(primitive); }
 };
 
 } // namespace kindling::accel::kd

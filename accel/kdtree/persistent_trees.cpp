@@ -25,14 +25,14 @@ std::unique_ptr<PersistentTrees> PersistentTrees::from(std::unique_ptr<Persisten
   return std::unique_ptr<PersistentTrees>(trees);
 }
 
-void PersistentTrees::put(Tree&& tree) { trees_.put(meshes_of(tree.geometries), std::move(tree)); }
+void PersistentTrees::put(Tree&& tree) { trees_.put(meshes_of(tree.geometries.all()), std::move(tree)); }
 
 // Primitive indices depend only on mesh sizes, which are unchanged.
 bool PersistentTrees::take(std::vector<Geometry>& geometries, Tree& tree) {
   std::optional<Tree> previous = trees_.take(meshes_of(geometries));
   if (!previous) return false;
   tree = *std::move(previous);
-  tree.geometries = std::move(geometries);
+  tree.geometries = GeometryTable(std::move(geometries));
   return true;
 }
 

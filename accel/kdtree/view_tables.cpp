@@ -70,13 +70,13 @@ void StructureTables::add_trees(const Structure& structure) {
   }
   for (const Tree* tree : trees) {
     trees_.push_back(without_meshes(*tree));
-    for (const Geometry& geometry : tree->geometries)
+    for (const Geometry& geometry : tree->geometries.all())
       meshes_.push_back({geometry.first_primitive, geometry.instance, geometry.mesh_index});
   }
   size_t first = 0;
   for (size_t i = 0; i < trees.size(); ++i) {
-    trees_[i].meshes = std::span(meshes_).subspan(first, trees[i]->geometries.size());
-    first += trees[i]->geometries.size();
+    trees_[i].meshes = std::span(meshes_).subspan(first, trees[i]->geometries.all().size());
+    first += trees[i]->geometries.all().size();
   }
   for (size_t g = 0; g < structure.deforming.size(); ++g)
     for (size_t i = 0; i < structure.deforming[g].slices.size(); ++i)

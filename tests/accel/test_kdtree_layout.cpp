@@ -1,6 +1,7 @@
 // Tests of the finished kd-tree: lookup tables, layout invariants, depth, determinism.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/clipping.h"
+#include "accel/kdtree/geometry_table.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/tables.h"
 #include "tests/accel/accel_scenes.h"
@@ -21,6 +22,33 @@ using accel::testing::Mesh;
 using accel::testing::Rng;
 using Imath::Box3f;
 using Imath::V3f;
+
+TEST(GeometryTable, FindsTheMeshOfEveryPrimitive) {
+  Rng rng(5);
+  const std::vector<V3f> positions(3);
+  const std::vector<uint32_t> indices(3 * 40000, 0);
+  for (int round = 0; round < 40; ++round) {
+    // Few to hundreds of meshes, of one triangle to tens of thousands.
+    std::vector<Geometry> geometries(1 + rng() % (round < 8 ? 3 : 300));
+    uint32_t first = 0;
+    for (size_t g = 0; g < geometries.size(); ++g) {
+      const bool large = rng() % 10 == 0;
+      const auto triangles = static_cast<uint32_t>(1 + rng() % (large ? 40000 : 30));
+      geometries[g].mesh = {positions, std::span(indices).first(3 * size_t{triangles})};
+      geometries[g].first_primitive = first;
+      geometries[g].mesh_index = static_cast<uint32_t>(g);
+      first += triangles;
+    }
+    const GeometryTable table(geometries);
+    ASSERT_EQ(table.all().size(), geometries.size());
+    EXPECT_LE(table.memory_bytes(), geometries.size() * (sizeof(Geometry) + 9 * sizeof(uint32_t)) + 64);
+    for (const Geometry& geometry : geometries) {
+      const auto last = geometry.first_primitive + static_cast<uint32_t>(geometry.mesh.triangle_count()) - 1;
+      for (const uint32_t primitive : {geometry.first_primitive, (geometry.first_primitive + last) / 2, last})
+        ASSERT_EQ(table.of(primitive).mesh_index, geometry.mesh_index) << primitive;
+    }
+  }
+}
 
 TEST(Tables, ChildOrderMatchesTreeWalk) {
   for (uint32_t signs = 0; signs < 256; ++signs) {

@@ -26,14 +26,27 @@ inline void transpose(Float4 a, Float4 b, Float4 c, Float4 d, const std::array<f
   for (size_t i = 0; i < 4; ++i) std::memcpy(out[i], &lanes[i], sizeof(Float4));
 }
 
-#if KINDLING_SIMD_LEVEL != 512
+#if KINDLING_SIMD_LEVEL == 0
 
+// See the versions for AVX-512.
 template <class VectorAt>
 inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& out) {
   for (uint32_t i = 0; i < 16; i += 4)
     transpose(vector_at(i), vector_at(i + 1), vector_at(i + 2), vector_at(i + 3),
               {out[0] + i, out[1] + i, out[2] + i, out[3] + i});
 }
+template <class To>
+inline void scatter16(const Lanes16& x, const Lanes16& y, const Lanes16& z, const Lanes16& w, const To& to) {
+  for (uint32_t i = 0; i < 16; ++i) {
+    const float vector[4] = {x.v[i], y.v[i], z.v[i], w.v[i]};
+    std::memcpy(to(i), vector, sizeof(vector));
+  }
+}
+
+#endif
+
+#if KINDLING_SIMD_LEVEL != 512
+
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {
   uint32_t bits = 0;
   for (uint32_t i = 0; i < 16; ++i) bits |= static_cast<uint32_t>(std::bit_cast<uint32_t>(lanes[i]) > x) << i;

@@ -192,6 +192,22 @@ inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& 
 inline uint32_t numbers_above(const float* lanes, uint32_t x) {
   return _mm512_cmpgt_epu32_mask(_mm512_load_si512(lanes), _mm512_set1_epi32(static_cast<int>(x)));
 }
+// Writes lanes i of x, y, z and w to to(i), which is aligned to 16 bytes.
+template <class To>
+inline void scatter16(Lanes16 x, Lanes16 y, Lanes16 z, Lanes16 w, const To& to) {
+  const __m512 xy_low = _mm512_unpacklo_ps(x.v, y.v), xy_high = _mm512_unpackhi_ps(x.v, y.v);
+  const __m512 zw_low = _mm512_unpacklo_ps(z.v, w.v), zw_high = _mm512_unpackhi_ps(z.v, w.v);
+  const auto store = [&](__m512 vectors, uint32_t i) { // vectors i, i + 4, i + 8 and i + 12
+    _mm_store_ps(to(i), _mm512_castps512_ps128(vectors));
+    _mm_store_ps(to(i + 4), _mm512_extractf32x4_ps(vectors, 1));
+    _mm_store_ps(to(i + 8), _mm512_extractf32x4_ps(vectors, 2));
+    _mm_store_ps(to(i + 12), _mm512_extractf32x4_ps(vectors, 3));
+  };
+  store(_mm512_shuffle_ps(xy_low, zw_low, 0x44), 0);
+  store(_mm512_shuffle_ps(xy_low, zw_low, 0xee), 1);
+  store(_mm512_shuffle_ps(xy_high, zw_high, 0x44), 2);
+  store(_mm512_shuffle_ps(xy_high, zw_high, 0xee), 3);
+}
 
 #else // AVX2
 
@@ -319,6 +335,40 @@ inline float max_lane(const Lanes16& a) {
 inline WideLanes pick(const Lanes16& table, WideIntLanes index) {
   return _mm256_blendv_ps(permute(table.low, index).v, permute(table.high, index).v,
                           _mm256_castsi256_ps(_mm256_slli_epi32(index.v, 28)));
+}
+// Transposes four pairs of vectors: v[k] receives lane k of the lower halves, then those of the
+// upper halves.
+inline void transpose_pairs(Lanes8 (&v)[4]) {
+  const __m256 ab_low = _mm256_unpacklo_ps(v[0].v, v[1].v), ab_high = _mm256_unpackhi_ps(v[0].v, v[1].v);
+  const __m256 cd_low = _mm256_unpacklo_ps(v[2].v, v[3].v), cd_high = _mm256_unpackhi_ps(v[2].v, v[3].v);
+  v[0] = _mm256_shuffle_ps(ab_low, cd_low, 0x44);
+  v[1] = _mm256_shuffle_ps(ab_low, cd_low, 0xee);
+  v[2] = _mm256_shuffle_ps(ab_high, cd_high, 0x44);
+  v[3] = _mm256_shuffle_ps(ab_high, cd_high, 0xee);
+}
+// See the versions for AVX-512.
+template <class VectorAt>
+inline void transpose16(const VectorAt& vector_at, const std::array<float*, 4>& out) {
+  for (uint32_t first = 0; first < 16; first += 8) {
+    Lanes8 v[4]; // vectors i and i + 4
+    for (uint32_t i = 0; i < 4; ++i)
+      v[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(vector_at(first + i)), vector_at(first + i + 4), 1);
+    transpose_pairs(v);
+    for (uint32_t k = 0; k < 4; ++k) v[k].store(out[k] + first);
+  }
+}
+template <class To>
+inline void scatter16(const Lanes16& x, const Lanes16& y, const Lanes16& z, const Lanes16& w, const To& to) {
+  const auto scatter8 = [&](Lanes8 a, Lanes8 b, Lanes8 c, Lanes8 d, uint32_t first) {
+    Lanes8 v[4] = {a, b, c, d};
+    transpose_pairs(v);
+    for (uint32_t i = 0; i < 4; ++i) {
+      _mm_store_ps(to(first + i), _mm256_castps256_ps128(v[i].v));
+      _mm_store_ps(to(first + i + 4), _mm256_extractf128_ps(v[i].v, 1));
+    }
+  };
+  scatter8(x.low, y.low, z.low, w.low, 0);
+  scatter8(x.high, y.high, z.high, w.high, 8);
 }
 inline WideIntLanes bits_of(WideIntLanes a, WideIntLanes b, WideIntLanes c) {
   const __m256i one = _mm256_set1_epi32(1), low = _mm256_set1_epi32(15);

@@ -22,13 +22,13 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Number of rays in flight. More rays hide more latency until their stacks no longer fit into the
 // first-level cache.
-inline constexpr uint32_t kStreamSlots = 64;
+inline constexpr uint32_t kStreamSlots = 48;
 // Smaller batches are faster as single rays.
 inline constexpr size_t kMinStreamRays = 4;
 // Number of cache lines prefetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
-// Takes about 310 KB, meant for the stack; nothing is initialized before its use.
+// Takes about 240 KB, meant for the stack; nothing is initialized before its use.
 template <bool kAny>
 class Stream {
  public:
@@ -50,7 +50,7 @@ class Stream {
       test_leaves(rays);
       for (uint32_t k = 0; k < done_count_; ++k) {
         const Slot& ended = slot(done_[k]);
-        if (ended.best.is_hit()) finish(ended.ray, ended.best);
+        if (ended.primitive != kNoId) finish(ended.ray, ended.best());
         free_[free_count_++] = done_[k];
       }
       done_count_ = 0;
@@ -66,14 +66,15 @@ class Stream {
   };
   static_assert(sizeof(Frame) == 128);
   struct alignas(64) Slot {
-    PreparedRay at;
-    std::array<float, 8> t; // distances to the planes of the node
-    TreeHit best;
+    StreamRay at;
+    float u, v; // of the best hit, which is at at.t_far
+    uint32_t primitive;
     uint32_t ray;
-    uint32_t top; // number of frames on the stack
-    uint32_t spare[10];
     std::array<Frame, kMaxWideDepth + 2> stack; // the lowest frame ends the ray; a step may write one above the top
+
+    [[nodiscard]] TreeHit best() const { return {at.t_far, u, v, primitive}; }
   };
+  static_assert(kMaxWideDepth + 2 <= std::numeric_limits<decltype(StreamRay::top)>::max());
   // The size is an odd number of cache lines, so that the same place in different slots does not
   // map to the same cache set.
   static_assert(sizeof(Slot) / 64 % 2 == 1);
@@ -104,10 +105,10 @@ class Stream {
       assert(queue.count < kStreamSlots);
       const uint32_t offset = free_[--free_count_];
       Slot& taken = slot(offset);
-      std::memcpy(&taken.at, &prepared_.rays[i], sizeof(PreparedRay));
-      taken.best.primitive = kNoId;
+      taken.at = prepared_.rays[i].ray;
+      taken.primitive = kNoId;
       taken.ray = static_cast<uint32_t>(first_prepared_ + i);
-      taken.top = 1;
+      taken.at.top = 1;
       taken.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
       taken.stack[0].leave[0] = 0.0f;
       taken.stack[0].child[0] = tree_.root; // never visited, only prefetched
@@ -175,18 +176,19 @@ class Stream {
     Queue& queue = at_node_;
     const uint32_t count = queue.count;
     std::array<uint8_t, kStreamSlots> signs, entered;
+    alignas(32) std::array<std::array<float, 8>, kStreamSlots> distances; // to the planes of the nodes
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
       const WideNode& node = tree_.nodes[queue.child[k]];
       const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
       const Lanes8 reciprocal = permute(Lanes8::load_twice(s.at.reciprocal.data()), axes);
       const Lanes8 origin = permute(Lanes8::load_twice(s.at.origin.data()), axes);
-      ((Lanes8::load(node.planes.data()) - origin) * reciprocal).store(s.t.data());
+      ((Lanes8::load(node.planes.data()) - origin) * reciprocal).store(distances[k].data());
       signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
     }
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
-      const Lanes8 t = Lanes8::load(s.t.data());
+      const Lanes8 t = Lanes8::load(distances[k].data());
       const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[signs[k]]);
       const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                    t3 = permute(t, shift_right<3>(order));
@@ -194,8 +196,8 @@ class Stream {
       const Lanes8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(queue.enter[k]), t1), t2), t3);
       const Lanes8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(queue.leave[k]), t1), t2), t3);
       const IntLanes8 children = permute(IntLanes8::load(tree_.nodes[queue.child[k]].child.data()), order);
-      assert(s.top < s.stack.size());
-      Frame& frame = s.stack[s.top];
+      assert(s.at.top < s.stack.size());
+      Frame& frame = s.stack[s.at.top];
       enter.store(frame.enter.data());
       leave.store(frame.leave.data());
       children.store(frame.child.data());
@@ -205,7 +207,7 @@ class Stream {
       // Continues with the first child of the new frame or, if the ray enters none, the next child
       // of the topmost one.
       Slot& s = slot(queue.slot[k]);
-      const uint32_t top = s.top;
+      const uint32_t top = s.at.top;
       const bool descends = entered[k] != 0;
       const uint32_t rest = select_bits(descends, s.stack[top - 1].rest, entered[k]), left = rest & (rest - 1);
       const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
@@ -215,7 +217,7 @@ class Stream {
       queue.enter[k] = frame.enter[next];
       queue.leave[k] = frame.leave[next];
       queue.far[k] = s.at.t_far * kBeyond;
-      s.top = top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0);
+      s.at.top = static_cast<uint8_t>(top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0));
     }
     const uint32_t old_leaves = at_leaf_.count;
     at_node_.count = 0; // rewritten behind the read position
@@ -235,7 +237,8 @@ class Stream {
     for (uint32_t k = 0; k < count; ++k) {
       const LeafBlock block = tree_.leaf_block(queue.child[k]);
       Slot& s = slot(queue.slot[k]);
-      const uint32_t mask = test_block(block, s.at, tested_[k]), filtered = block.filtered();
+      const uint32_t mask = test_block(block, s.at, tested_[tested_place(k, hitting_count)]),
+                     filtered = block.filtered();
       hit[k] = static_cast<uint16_t>(mask);
       rest_of[k] = select_bits(block.is_last(), queue.child[k] + block.unit_count(), 0);
       hitting[hitting_count] = static_cast<uint8_t>(k);
@@ -244,23 +247,24 @@ class Stream {
         const bool ends = (mask & ~filtered) != 0;
         s.at.t_far = std::bit_cast<float>(
             select_bits(ends, std::bit_cast<uint32_t>(s.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
-        s.best.primitive &= ~(0U - static_cast<uint32_t>(ends));
+        s.primitive &= ~(0U - static_cast<uint32_t>(ends));
       }
     }
     for (uint32_t i = 0; i < hitting_count; ++i) {
       const uint32_t k = hitting[i];
-      take_hits(rays, slot(queue.slot[k]), queue.child[k], tested_[k], hit[k]);
+      take_hits(rays, slot(queue.slot[k]), queue.child[k], tested_[tested_place(k, i)], hit[k]);
     }
     for (uint32_t k = 0; k < count; ++k) {
       // Continues with the next block of the leaf, else with the next child of the topmost frame. A
       // next block is a further cell that is skipped only if the ray has ended.
       Slot& s = slot(queue.slot[k]);
       const bool continues = rest_of[k] != 0;
-      Frame& frame = s.stack[s.top - 1];
+      Frame& frame = s.stack[s.at.top - 1];
       const uint32_t rest = frame.rest, left = rest & (rest - 1);
       const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
       frame.rest = select_bits(continues, left, rest);
-      s.top -= static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!continues);
+      s.at.top =
+          static_cast<uint8_t>(s.at.top - (static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!continues)));
       queue.child[k] = select_bits(continues, frame.child[next], rest_of[k]);
       queue.enter[k] = std::bit_cast<float>(select_bits(continues, std::bit_cast<uint32_t>(frame.enter[next]), 0));
       queue.leave[k] = frame.leave[next];
@@ -273,9 +277,14 @@ class Stream {
     fetch_leaves(0);
   }
 
+  // Returns where the test of the k-th block is kept, the i-th of those with hits. Keeping only
+  // those spares the first-level cache, and delays the address by the test before, which matters
+  // more where tests are short.
+  static uint32_t tested_place(uint32_t k, uint32_t i) { return kLanes == kBlockTriangles ? k : i; }
+
   // Returns a mask of the triangles of a block that the ray hits in its interval. Distances are
   // computed before it is known whether they are needed, which avoids a branch.
-  [[gnu::always_inline]] static uint32_t test_block(const LeafBlock& block, const PreparedRay& ray, TestedBlock& out) {
+  [[gnu::always_inline]] static uint32_t test_block(const LeafBlock& block, const StreamRay& ray, TestedBlock& out) {
     const RayShear shear = ray.ray_shear();
     const ShearedVertices vertices(block, shear);
     uint32_t hit = 0;
@@ -298,7 +307,11 @@ class Stream {
   // Accepts hits; called once or twice per ray.
   void take_hits(std::span<const Ray> rays, Slot& s, ChildWord leaf, const TestedBlock& tested, uint32_t hit) {
     const CandidateFilter filter{filter_, rays[s.ray], tree_, kNoId};
-    if (take_candidates<kAny>(tree_.leaf_block(leaf), hit, tested, filter, s.at.t_far, s.best)) s.at.t_far = -1.0f;
+    TreeHit best = s.best();
+    if (take_candidates<kAny>(tree_.leaf_block(leaf), hit, tested, filter, s.at.t_far, best)) s.at.t_far = -1.0f;
+    s.u = best.u;
+    s.v = best.v;
+    s.primitive = best.primitive;
   }
 
   const Tree& tree_;

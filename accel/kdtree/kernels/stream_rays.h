@@ -7,28 +7,35 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-struct alignas(64) PreparedRay {
+// The part of a ray that a stream reads in every step.
+struct alignas(16) StreamRay {
   std::array<float, 3> origin;
   float t_min;
   std::array<float, 3> reciprocal;
   float t_far; // -1 for blocked any-hit rays
   std::array<float, 3> shear;
-  uint32_t axes;      // axes of the sheared space: kx, ky, kz in a byte each from the lowest up
-  float enter, leave; // interval in the tree's box
-  std::array<float, 2> spare;
+  uint8_t kx, ky, kz; // axes of the sheared space
+  uint8_t top;        // number of frames on the ray's stack; set by the stream
 
   [[nodiscard]] RayShear ray_shear() const {
-    const uint32_t kx = axes & 3U, ky = (axes >> 8) & 3U, kz = axes >> 16;
     RayShear out;
-    out.kx = static_cast<int>(kx);
-    out.ky = static_cast<int>(ky);
-    out.kz = static_cast<int>(kz);
+    out.kx = kx;
+    out.ky = ky;
+    out.kz = kz;
     out.sx = shear[0];
     out.sy = shear[1];
     out.sz = shear[2];
     out.origin = {origin[kx], origin[ky], origin[kz]};
     return out;
   }
+};
+static_assert(sizeof(StreamRay) == 48);
+static_assert(std::endian::native == std::endian::little); // PreparedRays::axes()
+
+struct alignas(64) PreparedRay {
+  StreamRay ray;
+  float enter, leave; // interval in the tree's box
+  std::array<float, 2> spare;
 };
 static_assert(sizeof(PreparedRay) == 64);
 
@@ -62,34 +69,25 @@ struct PreparedRays {
     };
     const Lanes16 x = Lanes16::load(lanes.direction[0]), y = Lanes16::load(lanes.direction[1]),
                   z = Lanes16::load(lanes.direction[2]), dz = rotate(x, y, z);
-    const Lanes16 axes = rotate(Lanes16(std::bit_cast<float>(0x000201U)), Lanes16(std::bit_cast<float>(0x010002U)),
-                                Lanes16(std::bit_cast<float>(0x020100U)));
+    const Lanes16 xyz = axes(0, 1, 2), yzx = axes(1, 2, 0), zxy = axes(2, 0, 1);
     const Lanes16 shear[3] = {rotate(y, z, x) / dz, rotate(z, x, y) / dz, one / dz};
-    const Lanes16 interval[3] = {min(first, last), last, zero};
-    scatter(lanes.origin, near, offsetof(PreparedRay, origin));
-    scatter(reciprocal, far, offsetof(PreparedRay, reciprocal));
-    scatter(shear, axes, offsetof(PreparedRay, shear));
-    scatter(interval, zero, offsetof(PreparedRay, enter));
+    const Lanes16 origin[3] = {Lanes16::load(lanes.origin[0]), Lanes16::load(lanes.origin[1]),
+                               Lanes16::load(lanes.origin[2])};
+    scatter(origin, near, offsetof(PreparedRay, ray.origin));
+    scatter(reciprocal, far, offsetof(PreparedRay, ray.reciprocal));
+    scatter(shear, rotate(yzx, zxy, xyz), offsetof(PreparedRay, ray.shear));
+    scatter({min(first, last), last, zero}, zero, offsetof(PreparedRay, enter));
   }
 
  private:
-  // Writes four lanes of sixteen rays, one Float4 to each ray.
-  void scatter(const float (&xyz)[3][kRayLanes], const Lanes16& w, size_t offset) {
-    alignas(64) float last[kRayLanes];
-    w.store(last);
-    for (uint32_t i = 0; i < kRayLanes; i += 4) {
-      std::array<float*, 4> out;
-      for (uint32_t k = 0; k < 4; ++k) out[k] = reinterpret_cast<float*>(&rays[i + k]) + offset / sizeof(float);
-      Float4 rows[4];
-      for (uint32_t k = 0; k < 3; ++k) std::memcpy(&rows[k], xyz[k] + i, sizeof(Float4));
-      std::memcpy(&rows[3], last + i, sizeof(Float4));
-      transpose(rows[0], rows[1], rows[2], rows[3], out);
-    }
+  // The axes of a sheared space as the bytes kx, ky, kz and 0 of each lane.
+  static Lanes16 axes(uint32_t kx, uint32_t ky, uint32_t kz) {
+    return Lanes16(std::bit_cast<float>(kx | ky << 8 | kz << 16));
   }
+  // Writes four lanes of sixteen rays, four floats to each ray.
   void scatter(const Lanes16 (&xyz)[3], const Lanes16& w, size_t offset) {
-    alignas(64) float stored[3][kRayLanes];
-    for (uint32_t k = 0; k < 3; ++k) xyz[k].store(stored[k]);
-    scatter(stored, w, offset);
+    scatter16(xyz[0], xyz[1], xyz[2], w,
+              [&](uint32_t i) { return reinterpret_cast<float*>(&rays[i]) + offset / sizeof(float); });
   }
 };
 
