@@ -29,7 +29,7 @@ struct Config {
   double empty_bonus = 0.05;
   // Maximum number of references for which every bound is tried as a plane; above it, bin borders
   // are.
-  uint32_t exact_below = 96;
+  uint32_t exact_below = 32;
   // Maximum number of references for which all bounds near the best bin border are tried as well.
   uint32_t refine_below = 16384;
   // Maximum number of references of a subtree that is replaced by a leaf if no cheaper than one.

@@ -5,6 +5,7 @@
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/tables.h"
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/clip_bounds.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -18,6 +19,7 @@
 namespace kindling::accel::kd {
 namespace {
 
+using accel::testing::clip_bounds;
 using accel::testing::Mesh;
 using accel::testing::Rng;
 using Imath::Box3f;
