@@ -14,6 +14,7 @@ if(NOT CMAKE_CROSSCOMPILING)
 endif()
 install(FILES ${PROJECT_SOURCE_DIR}/scenes/cornell_box.glb ${PROJECT_SOURCE_DIR}/scenes/interior.glb
   DESTINATION ${CMAKE_INSTALL_DATADIR}/kindling/scenes COMPONENT program)
+install(PROGRAMS ${CMAKE_CURRENT_LIST_DIR}/get_oidn.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/kindling COMPONENT program)
 install(FILES ${CMAKE_CURRENT_LIST_DIR}/package/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 set(CPACK_GENERATOR "DEB;TGZ")
@@ -29,6 +30,8 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# Videos of frames; get_oidn.sh.
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "ffmpeg, python3-pip")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 # The program alone: headers and libraries are for those who build it.
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};kindling;program;/")

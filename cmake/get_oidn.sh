@@ -1,14 +1,20 @@
 #!/usr/bin/env bash
 # Installs Intel Open Image Denoise for this user: its libraries out of a Python wheel.
 # SPDX-License-Identifier: Apache-2.0
-source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+set -euo pipefail
+
+say() { printf '== %s\n' "$*"; }
+fail() {
+  printf '%s: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
 
 folder=${XDG_DATA_HOME:-$HOME/.local/share}/kindling/oidn
 case "${1:-}" in
   "") ;;
   --if-missing) [ ! -e "$folder/lib/libOpenImageDenoise.so.2" ] || exit 0 ;;
   -h | --help)
-    printf 'usage: cmake/get_oidn.sh [FOLDER|--if-missing]\nInstalls the libraries of Open Image Denoise (Apache-2.0; 52 MB, a download of 88 MB) into %s, where\nkindling finds them, or into FOLDER, which KINDLING_OIDN must then name. Needs python3-pip.\n--if-missing: nothing if they are there.\n' "$folder"
+    printf 'usage: get_oidn.sh [FOLDER|--if-missing]\nInstalls the libraries of Open Image Denoise (Apache-2.0; 52 MB, a download of 88 MB) into %s, where\nkindling finds them, or into FOLDER, which KINDLING_OIDN must then name. Needs python3-pip.\n--if-missing: nothing if they are there.\n' "$folder"
     exit 0
     ;;
   -*) fail "unknown argument '$1'; it takes FOLDER or --if-missing" ;;

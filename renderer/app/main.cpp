@@ -1,6 +1,7 @@
 // The `kindling` program: runs one command and turns errors into one line and an exit code.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/resume.h"
+#include "renderer/app/denoise/command_denoise.h"
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/info/command_info.h"
 #include "renderer/app/merge/command_farm.h"
@@ -34,6 +35,8 @@ ConsoleSettings console_settings(const CommandLine& line) {
     return {shootout->view.quiet, shootout->view.verbose, false};
   if (const auto* merge = std::get_if<MergeOptions>(&line.command))
     return {merge->image.quiet, merge->image.verbose, false};
+  if (const auto* denoise = std::get_if<DenoiseOptions>(&line.command))
+    return {denoise->image.quiet, denoise->image.verbose, false};
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return {scaling->image.quiet, scaling->image.verbose, false};
   return {};
@@ -46,6 +49,8 @@ Result<int> run_command(const CommandLine& line, Console& console) {
     return run_shootout(*shootout, line.text, console);
   if (const auto* farm = std::get_if<FarmOptions>(&line.command)) return run_farm(*farm, console);
   if (const auto* merge = std::get_if<MergeOptions>(&line.command)) return run_merge(*merge, line.text, console);
+  if (const auto* denoise = std::get_if<DenoiseOptions>(&line.command))
+    return run_denoise(*denoise, line.text, console);
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return run_scaling(*scaling, line.text, console);
   const Result<void> printed = print(std::get<PrintText>(line.command).text);

@@ -5,6 +5,9 @@
 #include "renderer/base/elementary_double.h"
 #include "renderer/base/frame.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace kindling {
 namespace {
 
@@ -106,6 +109,25 @@ PlacedCamera orbit_camera(const Orbit& orbit) {
   placed.camera.yfov_rad = radians(orbit.yfov_deg);
   placed.camera_to_world = from_axes(axes.x, axes.y, axes.z, orbit.target + axes.z * orbit.radius_m);
   return placed;
+}
+
+PlacedCamera turn_camera(PlacedCamera camera, double angle_deg, const V3f& axis, const V3f& around) {
+  const double angle = std::fmod(angle_deg, 360.0) * (std::numbers::pi / 180.0);
+  if (angle == 0.0) return camera;
+  const double sine = elementary::sin(angle), cosine = elementary::cos(angle);
+  const V3d a = V3d(axis).normalized();
+  // Rodrigues' formula.
+  const auto turned = [&](const V3d& v) { return v * cosine + a.cross(v) * sine + a * (a.dot(v) * (1.0 - cosine)); };
+  const auto turn = [&](M44f& m) {
+    for (int row = 0; row < 4; ++row) {
+      const V3d v(m[row][0], m[row][1], m[row][2]);
+      const V3d result = row < 3 ? turned(v) : V3d(around) + turned(v - V3d(around));
+      for (int i = 0; i < 3; ++i) m[row][i] = static_cast<float>(result[i]);
+    }
+  };
+  turn(camera.camera_to_world);
+  for (M44f& later : camera.later_transforms) turn(later);
+  return camera;
 }
 
 V2i default_image_size(const std::optional<float>& aspect, int longer_side_px) {

@@ -36,6 +36,10 @@ struct Orbit {
 };
 [[nodiscard]] PlacedCamera orbit_camera(const Orbit& orbit);
 
+// Turns a camera and its motion about an axis (of any length but 0) through a point,
+// counter-clockwise as seen from the end of the axis. An angle of 0 changes no bit.
+[[nodiscard]] PlacedCamera turn_camera(PlacedCamera camera, double angle_deg, const V3f& axis, const V3f& around);
+
 // Returns width and height in pixels for this aspect ratio (width / height; unset: 16 to 9), with
 // `longer_side_px` for the longer side.
 [[nodiscard]] V2i default_image_size(const std::optional<float>& aspect, int longer_side_px = 1280);

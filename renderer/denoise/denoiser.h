@@ -4,25 +4,28 @@
 
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/denoise/denoising.h"
 
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace kindling {
 
-enum class Denoising : uint8_t {
-  off,
-  fast, // a smaller network; albedo and normal as they are
-  best  // the largest network; albedo and normal are denoised first
-};
-[[nodiscard]] std::string_view denoising_name(Denoising denoising); // "off", "fast", "best"
-[[nodiscard]] std::optional<Denoising> denoising_from_name(std::string_view name);
+// Returns the command that installs the library: the script of an installed Kindling, or that of
+// its source folder.
+[[nodiscard]] std::string denoiser_install_command();
+
+// Most scratch memory of a filter: images that would need more are filtered in tiles, which overlap
+// by as much as a pixel sees of its surroundings, so that the result is the same.
+inline constexpr uint64_t kMaxDenoiseScratchBytes = 2ULL << 30;
+
+// Returns an upper bound of the memory that denoise() takes beside the image that it is given.
+[[nodiscard]] uint64_t denoise_memory_bytes(const V2i& size_px, Denoising quality,
+                                            uint64_t max_scratch_bytes = kMaxDenoiseScratchBytes);
 
 // An image by rows from the top.
 struct NoisyImage {
@@ -41,11 +44,13 @@ class Denoiser {
   [[nodiscard]] const std::string& version() const { return version_; } // "2.5.1"
 
   // Returns the pixels of the denoised image as NoisyImage::rgba. Alpha stays as it is, and pixels
-  // of alpha 0 keep their color. Values that are not finite count as 0. `on_progress`, which may
-  // be empty, gets fractions from 0 to 1 and cancels with false. Fails (render_failed) if the
-  // library does, and if it was cancelled.
+  // of alpha 0 keep their color. A value that is not finite counts as the mean of its neighbors
+  // that are, or as 0; without alpha it becomes 0. `on_progress`, which may be empty, gets
+  // fractions from 0 to 1 and cancels with false. Fails (render_failed) if the library does, and if
+  // it was cancelled.
   [[nodiscard]] Result<std::vector<float>> denoise(const NoisyImage& image, Denoising quality,
-                                                   const std::function<bool(double)>& on_progress) const;
+                                                   const std::function<bool(double)>& on_progress,
+                                                   uint64_t max_scratch_bytes = kMaxDenoiseScratchBytes) const;
 
  private:
   struct Started;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/denoise/oidn_library.h"
 
+#include "renderer/denoise/denoiser.h"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -16,10 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRemedy = "cmake/get_oidn.sh installs it, or set KINDLING_OIDN to the library's folder";
-
 Error failure(const std::string& sentence) {
-  return {ErrorKind::render_failed, fmt::format("--denoise: {}; {}", sentence, kRemedy)};
+  return {ErrorKind::render_failed,
+          fmt::format("--denoise: {}; {} installs it, or set KINDLING_OIDN to the library's folder", sentence,
+                      denoiser_install_command())};
+}
+
+// Returns a path beside the installed program; empty if the system does not name the program.
+fs::path beside_program(const char* relative) {
+  std::error_code code;
+  const fs::path program = fs::read_symlink("/proc/self/exe", code);
+  return code ? fs::path() : (program.parent_path() / relative).lexically_normal();
 }
 
 std::string variable(const char* name) {
@@ -40,8 +49,8 @@ std::vector<fs::path> candidates() {
   if (const std::string home = variable("HOME"); data.empty() && !home.empty()) data = fs::path(home) / ".local/share";
   if (data.is_absolute()) files.push_back(data / "kindling/oidn/lib" / kFile);
   std::error_code code;
-  if (const fs::path program = fs::read_symlink("/proc/self/exe", code); !code)
-    files.push_back((program.parent_path() / KINDLING_LIBRARY_FROM_PROGRAM / kFile).lexically_normal());
+  if (const fs::path folder = beside_program(KINDLING_LIBRARY_FROM_PROGRAM); !folder.empty())
+    files.push_back(folder / kFile);
   std::erase_if(files, [&](const fs::path& file) { return !fs::exists(file, code); });
   files.emplace_back(kFile);
   return files;
@@ -74,3 +83,13 @@ Result<Library> open_library() {
 }
 
 } // namespace kindling::oidn
+
+namespace kindling {
+
+std::string denoiser_install_command() {
+  const std::filesystem::path script = oidn::beside_program(KINDLING_DATA_FROM_PROGRAM) / "get_oidn.sh";
+  std::error_code code;
+  return std::filesystem::exists(script, code) ? script.string() : "cmake/get_oidn.sh";
+}
+
+} // namespace kindling

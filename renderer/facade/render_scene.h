@@ -55,6 +55,10 @@ struct RenderScene {
   decltype(WorldOptions::wrap_accelerator) wrap_accelerator; // of its Worlds; may be null
   size_t outlines_hidden = 0;                                // primitives that choose_shown() removed
   bool strokes_sized = false;                                // points and lines have their width
+  // Start of the path that ImageSettings::own_camera follows: the images of the path share the
+  // decisions made with it. Unset: each own camera decides for itself.
+  std::optional<PlacedCamera> path_start;
+  std::optional<V3f> center;              // of the bounds at rest; for CameraTurn
   bool shares_exposure = false;           // frames of an animation: ViewDecisions::exposure_stops is wanted
   std::optional<ViewDecisions> decisions; // of the last build_stage()
   double load_s = 0.0;

@@ -110,7 +110,7 @@ bool may_need_light(const RenderScene& scene, const PosedScene& posed) {
 bool decides_at_rest(const RenderScene& scene, const PosedScene& posed, const ImageSettings& image) {
   if (!posed.animated || scene.scene.animations.empty()) return false;
   if (may_need_light(scene, posed)) return true;
-  if (image.own_camera) return false;
+  if (image.own_camera && !scene.path_start) return false;
   return scene.shares_exposure ||
          (image.backfaces == Backfaces::automatic && has_single_sided_faces(scene.scene, posed));
 }
@@ -134,11 +134,23 @@ Result<SceneLight> decide_light(RenderScene& scene, const World& world, const Im
   return light;
 }
 
+// Returns the point that ImageSettings::turn turns this camera around.
+V3f turn_center(const RenderScene& scene, const ImageSettings& image, const PlacedCamera& camera) {
+  if (image.turn && image.turn->around) return *image.turn->around;
+  if (image.orbit && !image.own_camera) return image.target;
+  const V3f center = scene.center.value_or(V3f(0.0f));
+  const M44f& m = camera.camera_to_world;
+  const V3f eye(m[3][0], m[3][1], m[3][2]), forward(-m[2][0], -m[2][1], -m[2][2]);
+  const float depth = (center - eye).dot(forward);
+  return depth > 0.0f ? eye + forward * depth : center;
+}
+
 // Decides what the images with these views share, in the World as it is. With `exposure`, also
 // their exposure.
 Result<void> decide(RenderScene& scene, const World& world, const PlacedCamera& camera, const ViewSettings& views,
                     const ImageSettings& image, bool exposure, const CancelToken* cancel, ProgressListener& listener) {
-  ViewDecisions& decisions = scene.decisions.emplace(ViewDecisions{views, decisive_views(camera, views), {}, {}, {}});
+  ViewDecisions& decisions = scene.decisions.emplace(
+      ViewDecisions{views, decisive_views(camera, views, turn_center(scene, image, camera)), {}, {}, {}});
   if (image.backfaces == Backfaces::automatic) {
     BackFaceCounts counts;
     for (const PlacedCamera& view : decisions.cameras) counts += count_back_faces(world, view, views.size_px);
@@ -210,11 +222,22 @@ Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& imag
   return {};
 }
 
+// Finds the center that a turn needs, before the scene's vertices are consumed.
+Result<void> find_center(RenderScene& scene, const ImageSettings& image) {
+  if (!image.turn || image.turn->around || (image.orbit && !image.own_camera) || scene.center) return {};
+  const Result<PosedScene> rest = pose_scene(scene.scene, {.scene = scene.root});
+  if (!rest.ok()) return rest.error();
+  const Box3f bounds = world_bounds(scene.scene, rest.value());
+  scene.center = bounds.isEmpty() ? V3f(0.0f) : (bounds.min + bounds.max) * 0.5f;
+  return {};
+}
+
 } // namespace
 
 Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
   const Stopwatch clock;
   if (Result<void> sized = size_points_and_lines(scene, image); !sized.ok()) return sized.error();
+  if (Result<void> found = find_center(scene, image); !found.ok()) return found.error();
   PosedImage result;
   const Result<std::optional<Shutter>> shutter = choose_shutter(scene.scene, scene.root, image);
   if (!shutter.ok()) return shutter.error();
@@ -247,11 +270,13 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
-  const ViewSettings views(image, posed.size_px);
+  ImageSettings deciding = image;
+  if (image.own_camera && scene.path_start) deciding.own_camera = scene.path_start;
+  const ViewSettings views(deciding, posed.size_px);
   if (scene.decisions && !(scene.decisions->views == views)) scene.decisions.reset();
   if (!scene.decisions && decides_at_rest(scene, posed.posed, image)) {
     posed.posed = PosedScene(); // posed again below
-    const Result<void> decided = decide_at_rest(scene, views, image, cancel, listener);
+    const Result<void> decided = decide_at_rest(scene, views, deciding, cancel, listener);
     if (!decided.ok()) return decided.error();
     Result<PosedImage> again = pose_image(scene, image);
     if (!again.ok()) return again.error();
@@ -278,8 +303,10 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     listener.on_warning(scene.source + ": no camera: one is fitted to the bounds of the scene");
   }
   if (!scene.decisions) {
-    const Result<void> decided =
-        decide(scene, *stage.world, stage.placed_camera, views, image, false, cancel, listener);
+    // The images of a turntable or a path share the exposure.
+    const bool exposure = scene.shares_exposure && (image.turn || scene.path_start);
+    const PlacedCamera& camera = image.own_camera && scene.path_start ? *scene.path_start : stage.placed_camera;
+    const Result<void> decided = decide(scene, *stage.world, camera, views, image, exposure, cancel, listener);
     if (!decided.ok()) return decided.error();
   }
   if (stage.world->lit_by_emission_alone()) {
@@ -292,6 +319,12 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     scene.worlds.light_by_studio(stage.light.studio);
   }
   stage.exposure_stops = scene.decisions->exposure_stops;
+  if (image.turn) {
+    const V3f around = turn_center(scene, image, stage.placed_camera);
+    stage.placed_camera = turn_camera(std::move(stage.placed_camera), image.turn->angle_deg, image.turn->axis, around);
+    if (!is_within_reach(stage.placed_camera.camera_to_world))
+      return usage_error("--turn: the position of the camera has a number beyond 1e+18 in size");
+  }
   const Result<void> treated = treat_back_faces(scene, stage.placed_camera, image, stage.size_px, cancel, listener);
   if (!treated.ok()) return treated.error();
   const Result<std::string> focus = focus_lens(stage.placed_camera, *stage.world, stage.size_px, image.lens);

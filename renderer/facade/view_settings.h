@@ -19,6 +19,7 @@ struct ViewSettings {
   std::optional<PlacedCamera> own_camera;
   std::optional<V3f> orbit;
   V3f target{0.0f};
+  std::optional<CameraTurn> turn; // its angle does not count
   std::optional<double> yfov_deg;
   Backfaces backfaces = Backfaces::automatic;
   V2i size_px{0, 0};
@@ -29,8 +30,10 @@ struct ViewSettings {
 
 // Returns the view of the camera without lens and motion, or for an orbit the views from four sides
 // (azimuths 0, 90, 180 and 270 degrees) at its height, so that decisions for all images of a
-// turntable agree.
-[[nodiscard]] std::vector<PlacedCamera> decisive_views(const PlacedCamera& camera, const ViewSettings& settings);
+// turntable agree. With a turn likewise: `camera` before it, turned by these angles around
+// `around`.
+[[nodiscard]] std::vector<PlacedCamera> decisive_views(const PlacedCamera& camera, const ViewSettings& settings,
+                                                       const V3f& around);
 
 // Returns a size of 64 pixels on the longer side with about this aspect ratio.
 [[nodiscard]] V2i coarse_size(const V2i& size_px);

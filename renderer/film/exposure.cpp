@@ -19,8 +19,9 @@ constexpr double kBlack = 1e-4;
 
 } // namespace
 
-ImageBrightness measure_brightness(const Film& film) {
-  const std::vector<float> rgba = film.resolve_rgba();
+ImageBrightness measure_brightness(const Film& film) { return measure_brightness(film.resolve_rgba()); }
+
+ImageBrightness measure_brightness(std::span<const float> rgba) {
   std::vector<double> luminances;
   luminances.reserve(rgba.size() / 4);
   for (size_t i = 0; i < rgba.size(); i += 4) {

@@ -4,6 +4,8 @@
 
 #include "renderer/film/film.h"
 
+#include <span>
+
 namespace kindling {
 
 // Over the pixels of a film that are not fully transparent, by luminance (Rec. 709, without
@@ -14,6 +16,8 @@ struct ImageBrightness {
 };
 
 [[nodiscard]] ImageBrightness measure_brightness(const Film& film);
+// The same for pixels as Film::resolve_rgba().
+[[nodiscard]] ImageBrightness measure_brightness(std::span<const float> rgba);
 
 // Returns the exposure that brings the log-average luminance to 0.18, a middle gray (Reinhard et
 // al. 2002, "Photographic Tone Reproduction for Digital Images", equation 1), in stops, rounded to

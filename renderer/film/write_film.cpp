@@ -105,34 +105,37 @@ std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform&
   return rgba;
 }
 
-Result<void> write_film_png(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
-                            const ImageMetadata& metadata, const WriteOptions& options) {
-  return write_png(path, display_rgba(rgba_of(film, options), view), {film.crop().width(), film.crop().height()},
-                   options.png_bits, as_text(metadata, view));
-}
-
-Result<void> write_film_jpeg(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
-                             const ImageMetadata& metadata, const WriteOptions& options) {
-  std::vector<float> rgba = rgba_of(film, options); // premultiplied: over black
+// Returns premultiplied pixels over black, through the view.
+std::vector<float> display_rgb(std::vector<float> rgba, const DisplayTransform& view) {
   view.apply(rgba);
   std::vector<float> rgb(rgba.size() / 4 * 3);
   for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
-  return write_jpeg(path, rgb, {film.crop().width(), film.crop().height()}, options.jpeg_quality,
-                    as_text(metadata, view));
+  return rgb;
+}
+
+std::filesystem::path target_of(const std::filesystem::path& path) {
+  return is_standard_output(path) ? std::filesystem::path(kStandardOutput) : path;
 }
 
 } // namespace
 
 Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                         const ImageMetadata& metadata, const WriteOptions& options) {
-  const std::filesystem::path target = is_standard_output(path) ? std::filesystem::path(kStandardOutput) : path;
+  if (output_format(path) == OutputFormat::exr) return write_film_exr(target_of(path), film, metadata, options);
+  const V2i size_px(film.crop().width(), film.crop().height());
+  return write_display_file(path, rgba_of(film, options), size_px, view, as_text(metadata, view), options);
+}
+
+Result<void> write_display_file(const std::filesystem::path& path, std::vector<float> rgba, const V2i& size_px,
+                                const DisplayTransform& view, const std::map<std::string, std::string>& text,
+                                const WriteOptions& options) {
   switch (output_format(path)) {
-  case OutputFormat::exr: return write_film_exr(target, film, metadata, options);
-  case OutputFormat::png: return write_film_png(target, film, view, metadata, options);
-  case OutputFormat::jpeg: return write_film_jpeg(target, film, view, metadata, options);
-  case OutputFormat::unsupported: break;
+  case OutputFormat::png:
+    return write_png(target_of(path), display_rgba(std::move(rgba), view), size_px, options.png_bits, text);
+  case OutputFormat::jpeg:
+    return write_jpeg(target_of(path), display_rgb(std::move(rgba), view), size_px, options.jpeg_quality, text);
+  default: return Error{ErrorKind::usage, unsupported_output(path)};
   }
-  return Error{ErrorKind::usage, unsupported_output(path)};
 }
 
 bool is_standard_output(const std::filesystem::path& path) {
@@ -141,6 +144,10 @@ bool is_standard_output(const std::filesystem::path& path) {
 
 std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view) {
   return quantize_8bit(display_rgba(film.resolve_rgba(), view));
+}
+
+std::vector<uint8_t> display_rgb8(const Film& film, const DisplayTransform& view, const WriteOptions& options) {
+  return quantize_8bit(display_rgb(rgba_of(film, options), view));
 }
 
 std::string unsupported_output(const std::filesystem::path& path) {

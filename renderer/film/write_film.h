@@ -40,12 +40,23 @@ struct WriteOptions {
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 
+// Writes premultiplied pixels as write_film() does: .png, .jpg or .jpeg, or standard output in
+// these formats. Fails (usage) for others.
+[[nodiscard]] Result<void> write_display_file(const std::filesystem::path& path, std::vector<float> rgba,
+                                              const V2i& size_px, const DisplayTransform& view,
+                                              const std::map<std::string, std::string>& text,
+                                              const WriteOptions& options);
+
 // Returns true for "-", "png:-", "jpg:-" and "exr:-".
 [[nodiscard]] bool is_standard_output(const std::filesystem::path& path);
 
 // Returns the pixels of an 8-bit PNG of the film: RGBA, straight alpha, through `view`, rows of the
 // crop window from the top.
 [[nodiscard]] std::vector<uint8_t> display_rgba8(const Film& film, const DisplayTransform& view);
+
+// Returns the pixels of a JPEG of the film before its compression: RGB, composited over black.
+[[nodiscard]] std::vector<uint8_t> display_rgb8(const Film& film, const DisplayTransform& view,
+                                                const WriteOptions& options);
 
 // Returns the error message if write_film() would reject the file name, else an empty string.
 // Intended for checks before a long render.

@@ -21,6 +21,14 @@ using Clock = std::chrono::steady_clock;
 
 constexpr uint64_t kProbePart = 8; // the probe is one in this many of the training's paths
 
+// Shares of GuideTrainingSettings::max_training_s: at most the first is spent on measuring the
+// speed, and tracing is planned to end at the second, which leaves time to learn. A training that
+// is predicted after its probe to exceed the third is given up.
+constexpr double kMeasuringShare = 0.08, kTracingShare = 0.65, kGiveUpShare = 1.2;
+constexpr uint64_t kShortTraining = 1U << 17; // paths; such a training costs little if it is in vain
+constexpr uint64_t kMinTimedPaths = 2048;     // fewer teach a guide nothing
+constexpr uint64_t kTimedPathStep = 1024;     // plans are multiples of this
+
 // A guide is used for what it predicts to lower the second moment below these, relative to
 // rendering without it. The probe knows little, so it only has to look promising. Patches make a
 // sample up to 10 % more expensive and improve only the variance of reflected light; probabilities
@@ -29,7 +37,9 @@ struct Limits {
   double patches, lights;
 };
 constexpr Limits kPromising{0.91, 0.98};
+constexpr Limits kPromisingAfterFew{0.98, 0.995}; // a short probe knows less
 constexpr Limits kWorthwhile{0.88, 0.97};
+constexpr Limits kWorthwhileAfterFew{0.94, 0.97}; // few paths predict less than their guide gains
 constexpr Limits kAnyGain{1.0, 1.0};
 
 struct Worker {
@@ -53,16 +63,22 @@ class Training {
         sampler_(hash_u32(settings.seed ^ 0x6a09e667U)) {}
 
   TrainedGuide run() {
-    const Clock::time_point start = Clock::now();
-    const uint64_t paths = settings_.max_paths;
+    const uint64_t paths = statistics_.max_paths = settings_.max_paths > 0 ? affordable_paths() : 0;
     std::unique_ptr<const Guide> guide;
     if (paths > 0) {
       const bool selective = settings_.only_if_worthwhile;
+      const Limits& promising = paths < kShortTraining ? kPromisingAfterFew : kPromising;
+      const Limits& worthwhile = paths < kShortTraining ? kWorthwhileAfterFew : kWorthwhile;
+      const double before_probe_s = elapsed_s();
       trace(paths / kProbePart, nullptr);
-      guide = learn(selective ? kPromising : kAnyGain);
-      if (!selective || guide) {
+      const double rest_s = (elapsed_s() - before_probe_s) * (kProbePart - 1);
+      guide = learn(selective ? promising : kAnyGain);
+      if (settings_.max_training_s && elapsed_s() + rest_s > kGiveUpShare * *settings_.max_training_s) {
+        guide.reset(); // a plan of fewer paths would need a probe of its own
+        statistics_.max_paths = 0;
+      } else if (!selective || guide) {
         trace(paths - paths / kProbePart, guide.get());
-        guide = learn(selective ? kWorthwhile : kAnyGain);
+        guide = learn(selective ? worthwhile : kAnyGain);
       }
       if (stopped()) guide.reset();
     }
@@ -70,15 +86,31 @@ class Training {
       statistics_.patches = static_cast<int>(guide->patches.patches().size());
       statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
     }
-    statistics_.training_s = std::chrono::duration<double>(Clock::now() - start).count();
+    statistics_.training_s = elapsed_s();
     return {std::move(guide), statistics_, busy_s_};
   }
 
  private:
   [[nodiscard]] bool stopped() const { return stopped_ && stopped_(); }
+  [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-  // Traces about `paths` more paths, spread over the image as evenly as whole blocks allow.
-  void trace(uint64_t paths, const Guide* guide) {
+  // Returns the number of paths that the time allows, at most max_paths; 0 if too few.
+  uint64_t affordable_paths() {
+    if (!settings_.max_training_s) return settings_.max_paths;
+    trace(settings_.max_paths / kProbePart, nullptr, kMeasuringShare * *settings_.max_training_s);
+    const double per_path_s = elapsed_s() / static_cast<double>(std::max<uint64_t>(statistics_.paths, 1));
+    const double left_s = std::max(kTracingShare * *settings_.max_training_s - elapsed_s(), 0.0);
+    statistics_.paths = 0;
+    next_sample_ = 0;
+    records_.clear();
+    light_records_.clear();
+    const auto affordable = static_cast<uint64_t>(left_s / per_path_s) / kTimedPathStep * kTimedPathStep;
+    return affordable < kMinTimedPaths ? 0 : std::min(affordable, settings_.max_paths);
+  }
+
+  // Traces about `paths` more paths, spread over the image as evenly as whole blocks allow. Begins
+  // no block later than `end_s` after the start of the training.
+  void trace(uint64_t paths, const Guide* guide, double end_s = kInfinity) {
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
     tbb::enumerable_thread_specific<Worker> workers([&] {
       Worker worker{integrator.make_path_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size),
@@ -98,7 +130,7 @@ class Training {
     tbb::parallel_for(size_t{0}, count, [&](size_t i) {
       const uint64_t place = i * step % count;
       const auto samples = static_cast<uint32_t>((place + 1) * visits / count - place * visits / count);
-      if (samples == 0 || stopped()) return;
+      if (samples == 0 || stopped() || (end_s < kInfinity && elapsed_s() > end_s)) return;
       const StandardArithmetic standard_arithmetic;
       const Clock::time_point start = Clock::now();
       Worker& worker = workers.local();
@@ -186,6 +218,7 @@ class Training {
   const std::function<bool()>& stopped_;
   const std::function<void(uint64_t)>& on_done_;
   Sampler sampler_;
+  Clock::time_point start_ = Clock::now();
   uint32_t next_sample_ = 0;
   std::vector<GuideRecord> records_;
   std::vector<LightRecord> light_records_;

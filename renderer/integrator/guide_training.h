@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace kindling {
@@ -15,8 +16,11 @@ namespace kindling {
 struct GuideTrainingSettings {
   IntegratorSettings integrator; // of the path tracer that is to be guided
   PixelFilter filter;
-  uint32_t seed = 0;              // of the render; the paths of the training are independent of its samples
-  uint64_t max_paths = 0;         // 0: no training
+  uint32_t seed = 0;      // of the render; the paths of the training are independent of its samples
+  uint64_t max_paths = 0; // 0: no training
+  // Wall seconds for tracing and learning. The speed is measured with paths that are dropped, then
+  // max_paths lowered to what the time allows (GuidingStatistics::max_paths). Unset: no limit.
+  std::optional<double> max_training_s;
   bool only_if_worthwhile = true; // false: train to the end and use any predicted gain
   std::vector<PixelRect> blocks;  // of the whole image, kBlockSize on a side, in scan order
 };
@@ -24,6 +28,7 @@ struct GuideTrainingSettings {
 // Cost and result of a training; all zero if there was none.
 struct GuidingStatistics {
   double training_s = 0.0; // wall seconds
+  uint64_t max_paths = 0;  // GuideTrainingSettings::max_paths, or what its time allowed
   uint64_t paths = 0;
   RayCounters rays;              // of the training's paths
   double predicted = 1.0;        // second moment of reflected light with the guide, relative to that without
@@ -39,10 +44,11 @@ struct TrainedGuide {
 };
 
 // Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by
-// what the probe learned. The guide is a function of world, camera and settings alone: threads do
-// not change it. Runs on the threads of the current TBB arena. `stopped` is polled between blocks
-// and may be empty; once it returns true, no guide is returned. `on_done` may be empty; it is
-// called from any thread with the number of paths traced so far.
+// what the probe learned. The guide is a function of world, camera, settings and
+// GuidingStatistics::max_paths: threads do not change it. Runs on the threads of the current TBB
+// arena. `stopped` is polled between blocks and may be empty; once it returns true, no guide is
+// returned. `on_done` may be empty; it is called from any thread with the number of paths traced so
+// far.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const GuideTrainingSettings& settings,
                                        const std::function<bool()>& stopped,
                                        const std::function<void(uint64_t)>& on_done);

@@ -244,6 +244,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   header.summary.work.thread_s = seconds(work, "thread_s");
   read_whole(work, "runs", header.summary.work.runs);
   header.summary.work.rays = counters_from_json(member(work, "rays"));
+  if (work.contains("training_paths")) read_whole(work, "training_paths", header.summary.work.training_paths.emplace());
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -323,6 +324,7 @@ std::string header_to_json(const AccumulationHeader& header) {
                   {"thread_s", work.thread_s},
                   {"runs", work.runs},
                   {"rays", counters_to_json(work.rays)}};
+  if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);

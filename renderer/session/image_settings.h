@@ -5,7 +5,7 @@
 #include "accel/make_accelerator.h"
 #include "renderer/base/math.h"
 #include "renderer/camera/place_camera.h"
-#include "renderer/denoise/denoiser.h"
+#include "renderer/denoise/denoising.h"
 #include "renderer/film/aov.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
@@ -46,6 +46,13 @@ struct LensOptions {
   std::optional<double> rotation_deg;
   std::optional<double> anamorphic_ratio;
   std::optional<double> cats_eye;
+};
+
+// A turn of the camera about an axis through a point, as on a turntable.
+struct CameraTurn {
+  double angle_deg = 0.0;     // counter-clockwise as seen from the end of the axis
+  V3f axis{0.0f, 1.0f, 0.0f}; // of any length but 0
+  std::optional<V3f> around;  // unset: an orbit's target, else the point in view nearest to the center of the scene
 };
 
 // The time for which the shutter is open, relative to ImageSettings::time_s. Set either `interval`
@@ -97,6 +104,7 @@ struct ImageSettings {
   std::optional<PlacedCamera> own_camera; // replaces the scene's cameras
   std::optional<V3f> orbit;               // theta in degrees, phi in degrees, radius in meters: camera on a sphere
   V3f target{0.0f, 0.0f, 0.0f};           // center of the orbit
+  std::optional<CameraTurn> turn;         // of the camera that these give
   std::optional<double> yfov_deg;         // vertical field of view of a perspective camera
   std::optional<double> time_s;           // of the animations; unset: the rest pose
   LensOptions lens;
@@ -116,6 +124,7 @@ struct ImageSettings {
 
   IntegratorSettings integrator; // including the background
   Guiding guiding = Guiding::automatic;
+  std::optional<uint64_t> training_paths; // see RenderSettings
 
   [[nodiscard]] uint32_t samples_per_pixel() const {
     if (spp) return *spp;

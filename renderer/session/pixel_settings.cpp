@@ -113,6 +113,9 @@ void add_scene(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
                                     : SortedJson();
   j["--orbit"] = json_vector(o.orbit);
   j["--target"] = o.orbit ? json_vector(o.target) : SortedJson();
+  j["--turn"] = o.turn ? json_number(o.turn->angle_deg) : SortedJson(); // and --turntable
+  j["--orbit-axis"] = o.turn ? json_vector(o.turn->axis) : SortedJson();
+  if (o.turn) j["--target"] = json_vector(o.turn->around);
   j["--fov"] = json_number(o.yfov_deg);
   j["--backfaces"] = backfaces_name(o.backfaces);
 }
@@ -156,6 +159,7 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--clamp-indirect"] = json_number(s.clamp_indirect);
   j["--caustics"] = caustics_name(s.caustics);
   j["--guiding"] = guiding_name(o.guiding);
+  j["--training-paths"] = json_number(o.training_paths);
   j["--ao-distance"] = json_number(s.ao_distance_m);
   j["--accel"] = accelerator_identity(world.accelerator);
   j["--accel-quality"] = accel::quality_name(world.quality);

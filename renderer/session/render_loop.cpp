@@ -13,7 +13,8 @@
 namespace kindling {
 namespace {
 
-constexpr int kWholeImage = 1 << 20; // the side of a tile, in pixels, a multiple of kBlockSize
+constexpr int kWholeImage = 1 << 20;        // the side of a tile, in pixels, a multiple of kBlockSize
+constexpr double kMaxShareOfTimeLeft = 0.5; // that a pass may take of a time limit, unless it has one sample
 
 } // namespace
 
@@ -72,9 +73,9 @@ std::optional<SampleRange> RenderLoop::plan_pass() {
   }
   const double passes_per_second = passes_ > 0 ? last_count_ / std::max(now_s - last_opened_s_, 1e-6) : 0.0;
   uint32_t count = next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second).count();
-  if (settings_.time_limit_s) { // no longer than the time that is left
+  if (settings_.time_limit_s) { // passes become short, so that blocks differ by few samples at the end
     const double left = passes_per_second * (*settings_.time_limit_s - work_before_.render_s - now_s);
-    count = static_cast<uint32_t>(std::clamp(left, 1.0, static_cast<double>(count)));
+    count = static_cast<uint32_t>(std::clamp(left * kMaxShareOfTimeLeft, 1.0, static_cast<double>(count)));
   }
   last_opened_s_ = now_s;
   last_count_ = count;
@@ -102,7 +103,7 @@ void RenderLoop::run(RenderStatistics& statistics) {
       throw;
     }
     if (pass_finished_.exchange(false)) continuity_.after_pass(state_);
-    const bool paused_to_continue = queue_->paused() && !(stops_.at_once && stops_.at_once());
+    const bool paused_to_continue = queue_->paused() && !(stops_.at_once && stops_.at_once()) && !out_of_time();
     if (!paused_to_continue) break;
     if (elapsed_s() >= save_due_s_) {
       save(statistics);
@@ -217,9 +218,14 @@ void RenderLoop::take_samples(size_t block, const BlockWork& done) {
   if (!adaptive_sampling_.wants_samples(done.block, added.end)) coverage.set_stopped(block);
 }
 
+bool RenderLoop::out_of_time() const {
+  return settings_.time_limit_s && samples_done_ >= level_end_ &&
+         work_before_.render_s + elapsed_s() >= *settings_.time_limit_s;
+}
+
 void RenderLoop::pause_if_due() {
   if (queue_->paused()) return;
-  if ((stops_.at_once && stops_.at_once()) || elapsed_s() >= save_due_s_) queue_->pause();
+  if ((stops_.at_once && stops_.at_once()) || out_of_time() || elapsed_s() >= save_due_s_) queue_->pause();
 }
 
 void RenderLoop::save(RenderStatistics& statistics) {

@@ -62,6 +62,8 @@ class RenderLoop {
   // Returns the samples that a block lacks next: empty if it has the pass, or wants no more.
   [[nodiscard]] SampleRange missing_samples(size_t block, const SampleRange& pass) const;
   void take_samples(size_t block, const BlockWork& done);
+  // Returns whether the time limit is over and all blocks have the samples that they must have.
+  [[nodiscard]] bool out_of_time() const;
   void pause_if_due();
   void save(RenderStatistics& statistics);
   void account(RenderStatistics& statistics);

@@ -96,11 +96,15 @@ std::optional<Guiding> guiding_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
+Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& wanted_settings,
                              const CancelToken* cancel, ProgressListener* listener, RenderContinuity continuity) {
+  RenderSettings settings = wanted_settings;
   if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
   if (continuity.resume_from) {
     if (const Result<void> checked = check_state(settings, *continuity.resume_from); !checked) return checked.error();
+    // The guide of all runs is the same.
+    const std::optional<uint64_t>& before = continuity.resume_from->work.training_paths;
+    if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
   }
   const auto start = RenderLoop::Clock::now();
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
@@ -127,6 +131,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   if (!state) state = empty_state(settings);
   RenderStatistics statistics;
   statistics.guiding = trained.statistics;
+  if (max_training_s(settings) && training_paths(settings) > 0)
+    state->work.training_paths = trained.statistics.max_paths;
   PlacedIntegrator placed;
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
@@ -156,7 +162,9 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
     return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
                                        std::to_string(settings.size_px.y) + " pixels"};
-  const TrainedGuide trained = train_guide(world, camera, settings, nullptr, {});
+  RenderSettings untimed = settings; // else the machine's speed would choose the guide
+  untimed.time_limit_s.reset();
+  const TrainedGuide trained = train_guide(world, camera, untimed, nullptr, {});
   const std::unique_ptr<Integrator> integrator = make_integrator(
       settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
   const PixelRect block{pixel, pixel + V2i(1)};

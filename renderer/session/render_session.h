@@ -45,9 +45,15 @@ struct RenderSettings {
   // (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
-  std::optional<double> time_limit_s; // of the render phase; ends after the pass that exceeds it
+  // Limit on the render phase, training included. The render ends between blocks once every pixel
+  // has a sample and this time is over; blocks may then differ by the samples of the passes in
+  // work.
+  std::optional<double> time_limit_s;
   uint32_t seed = 0;
   Guiding guiding = Guiding::off;
+  // Paths that train the guide; 0: no guide. Unset: by the planned samples, and with a time limit
+  // no more than a tenth of it allows at the measured speed (RenderWork::training_paths).
+  std::optional<uint64_t> training_paths;
   SamplerKind sampler = SamplerKind::blue_noise;
   PixelFilter filter;
   Outliers outliers = Outliers::keep; // affects the beauty alone

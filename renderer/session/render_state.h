@@ -8,6 +8,7 @@
 #include "renderer/session/coverage.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace kindling {
 
@@ -17,6 +18,9 @@ struct RenderWork {
   double thread_s = 0.0; // wall seconds times threads
   RayCounters rays;      // without training
   uint32_t runs = 0;     // number of processes
+  // Paths that the guide of the first run was trained with, if its time limit chose them: later
+  // runs train the same guide.
+  std::optional<uint64_t> training_paths;
 };
 
 struct RenderState {

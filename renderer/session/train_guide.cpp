@@ -11,13 +11,20 @@ namespace {
 
 constexpr uint64_t kMinRenderPerTraining = 16; // the render takes at least this many times the samples of its training
 constexpr uint64_t kMaxTrainingPaths = 1U << 18; // more paths teach a guide nothing new
+constexpr double kMaxTrainingShare = 0.1;        // of a time limit
 
 } // namespace
 
 uint64_t training_paths(const RenderSettings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator.kind != IntegratorKind::path) return 0;
+  if (settings.training_paths) return *settings.training_paths;
   const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
   return std::min(pixels * settings.planned() / kMinRenderPerTraining, kMaxTrainingPaths);
+}
+
+std::optional<double> max_training_s(const RenderSettings& settings) {
+  if (!settings.time_limit_s || settings.training_paths) return std::nullopt;
+  return kMaxTrainingShare * *settings.time_limit_s;
 }
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
@@ -26,6 +33,7 @@ TrainedGuide train_guide(const World& world, const Camera& camera, const RenderS
                                        .filter = settings.filter,
                                        .seed = settings.seed,
                                        .max_paths = training_paths(settings),
+                                       .max_training_s = max_training_s(settings),
                                        .only_if_worthwhile = settings.guiding == Guiding::automatic,
                                        .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
   return train_guide(world, camera, training, stopped, on_done);

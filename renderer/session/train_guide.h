@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 namespace kindling {
 
@@ -14,8 +15,12 @@ namespace kindling {
 // be trained.
 [[nodiscard]] uint64_t training_paths(const RenderSettings& settings);
 
+// Returns the longest time that training may take: a tenth of the time limit. Nothing without one,
+// or if RenderSettings::training_paths fixes the number of paths.
+[[nodiscard]] std::optional<double> max_training_s(const RenderSettings& settings);
+
 // Trains a guide with paths from all over the image. Crop, region, threads and tiles do not change
-// the guide; the planned samples per pixel do. `stopped` and `on_done` as in
+// the guide; the planned samples per pixel and max_training_s() do. `stopped` and `on_done` as in
 // renderer/integrator/guide_training.h.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
                                        const std::function<bool()>& stopped,

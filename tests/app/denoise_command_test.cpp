@@ -1,12 +1,14 @@
 // `--denoise` of render, resume and merge, with a stand-in for Open Image Denoise.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decode_image.h"
+#include "renderer/image/read_exr.h"
 #include "tests/app/run_program.h"
 #include "tests/app/test_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,6 +69,63 @@ TEST_F(DenoiseCommand, SumsWithoutAlbedoAreDenoisedWithAWarning) {
   const ProgramResult merged = run_program({"merge", "sums.kacc", "-o", "a.png", "--denoise", "best"}, folder_);
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_NE(merged.err.find("no albedo and normal"), std::string::npos) << merged.err;
+}
+
+TEST_F(DenoiseCommand, FinishedImagesAreDenoisedLater) {
+  expect_done(render({"--denoise", "best", "-o", "at_once.exr", "-o", "at_once.png"}));
+  expect_done(render({"--aov", "albedo,normal,depth", "-o", "noisy.exr", "-o", "sums.kacc"}));
+  expect_done({"denoise", "noisy.exr", "-o", "later.exr", "-o", "later.png", "--exr-float"});
+  EXPECT_EQ(pixels("later.exr"), pixels("at_once.exr"));
+  EXPECT_EQ(pixels("later.png"), pixels("at_once.png"));
+  const Result<ExrImage> later = read_exr(folder_ / "later.exr");
+  ASSERT_TRUE(later.ok()) << later.error().message;
+  std::set<std::string> names;
+  for (const ExrLayer& layer : later.value().layers) names.insert(layer.channel_names.front());
+  for (const char* name : {"R", "A", "noisy.R", "albedo.G", "normal.X", "Z"}) EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_TRUE(later.value().text.contains("kindling:denoised"));
+  EXPECT_TRUE(later.value().text.contains("kindling:commandLine")) << "the metadata of the render is lost";
+  // Again, with another quality: from the noisy layer.
+  expect_done({"denoise", "later.exr", "-o", "again.exr", "--exr-float"});
+  EXPECT_EQ(pixels("again.exr"), pixels("at_once.exr"));
+  expect_done({"denoise", "sums.kacc", "-o", "of_sums.exr", "--exr-float"});
+  EXPECT_EQ(pixels("of_sums.exr"), pixels("at_once.exr"));
+}
+
+TEST_F(DenoiseCommand, FinishedImagesAreRefused) {
+  expect_done(render({"-o", "plain.exr", "-o", "plain.png"}));
+  const auto refused = [&](const Words& words, int code, const std::string& why) {
+    const ProgramResult result = run_program(words, folder_);
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_NE(result.err.find(why), std::string::npos) << result.err;
+  };
+  refused({"denoise"}, 2, "no image");
+  refused({"denoise", "plain.png", "-o", "a.png"}, 2, "cannot be denoised");
+  refused({"denoise", "plain.exr"}, 2, "--output: is missing");
+  refused({"denoise", "plain.exr", "-o", "a.kacc"}, 2, "sums are never denoised");
+  refused({"denoise", "plain.exr", "-o", "plain.exr"}, 2, "it would be overwritten");
+  refused({"denoise", "plain.exr", "-o", "a.exr", "--denoise", "off"}, 2, "has no meaning here");
+  refused({"denoise", "missing.exr", "-o", "a.exr"}, 4, "cannot be opened");
+  write_file("broken.exr", "no EXR");
+  refused({"denoise", "broken.exr", "-o", "a.exr"}, 4, "it is no EXR file");
+  write_file("cut.exr", read_file("plain.exr").substr(0, 2000));
+  refused({"denoise", "cut.exr", "-o", "a.exr"}, 4, "cut.exr: cannot read EXR");
+  const ProgramResult plain = run_program({"denoise", "plain.exr", "-o", "a.exr"}, folder_);
+  EXPECT_EQ(plain.exit_code, 0);
+  EXPECT_NE(plain.err.find("has no albedo"), std::string::npos) << plain.err;
+}
+
+// The stand-in waits in its filter for a signal.
+TEST_F(DenoiseCommand, ASignalInTheFilterLeavesTheNoisyImage) {
+  expect_done(render({"-o", "plain.exr"}));
+  setenv("FAKE_OIDN", "signal=1", 1);
+  const ProgramResult result = run_program(render({"--denoise", "best", "-o", "a.exr"}), folder_);
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_NE(result.err.find("interrupted while denoising"), std::string::npos) << result.err;
+  EXPECT_EQ(pixels("a.exr"), pixels("plain.exr"));
+  EXPECT_NE(read_file("a.exr").find("kindling:interrupted"), std::string::npos);
+  const ProgramResult later = run_program({"denoise", "plain.exr", "-o", "b.exr"}, folder_);
+  EXPECT_EQ(later.exit_code, 130) << later.err;
+  EXPECT_FALSE(exists("b.exr"));
 }
 
 TEST_F(DenoiseCommand, WithoutTheLibraryNothingIsRendered) {

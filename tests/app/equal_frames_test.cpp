@@ -30,7 +30,7 @@ TEST(EqualFrames, WarnsIfNothingIsAnimated) {
   EXPECT_EQ(
       warning(scene, {"--orbit", "30,60,3", "--frames", "0-3"}),
       "--frames: all 4 frames are equal: nothing in a.glb is animated; only animations of the file move things from "
-      "frame to frame, --orbit does not");
+      "frame to frame, --orbit does not; --turntable and --camera-path move the camera");
   EXPECT_TRUE(warning(scene, {"--frames", "7"}).empty()); // one frame
   EXPECT_TRUE(warning(scene, {}).empty());
   EXPECT_FALSE(warning(animated_scene({1, 2, 3, 1, 2, 3}), {"--frames", "0-48"}).empty()); // equal keys

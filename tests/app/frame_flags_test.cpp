@@ -97,7 +97,7 @@ TEST(FrameFlags, NamesAreLiteralWithoutFrames) {
 }
 
 TEST(FrameFlags, RefusesWrongCombinations) {
-  EXPECT_EQ(refusal({"--force"}), "--force: has no meaning without --frames or --checkpoint");
+  EXPECT_EQ(refusal({"--force"}), "--force: has no meaning without --frames, --turntable or --checkpoint");
   EXPECT_TRUE(refusal({"--frames", "1-x"}).starts_with("--frames: '1-x' is not a list of frames; use"));
   EXPECT_EQ(refusal({"--frames", "1-3", "-o", "a.png"}), "--output: a.png: all frames would have this name; put #### "
                                                          "where the frame number belongs, such as frame_####.png");

@@ -65,6 +65,7 @@ std::vector<const char*> companions(const std::string& flag) {
       {"--env-rotation", {"--env", "a.hdr"}},
       {"--env-intensity", {"--env", "a.hdr"}},
       {"--target", {"--orbit", "0,90,1"}},
+      {"--orbit-axis", {"--turn", "30"}},
       {"--sample", {"--pixel", "1,1"}},
       {"--checkpoint-every", {"--checkpoint", "a.kacc"}},
       {"--trace-depth", {"--tracer", "optimized"}},

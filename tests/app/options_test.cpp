@@ -130,6 +130,22 @@ TEST(Options, StoreAllValues) {
   EXPECT_TRUE(options.verbose);
 }
 
+TEST(Options, TotalTimeLimitsLimitTheRender) {
+  const RenderOptions options = render_options({"--time-limit-total", "5s"});
+  EXPECT_EQ(*options.time_limit_total_s, 5.0);
+  EXPECT_EQ(*options.time_limit_s, 5.0); // until it is known when the render begins
+  EXPECT_EQ(options.samples_per_pixel(), kUnlimitedSamplesPerPixel);
+}
+
+TEST(Options, TurnsHaveACenter) {
+  EXPECT_FALSE(render_options({}).turn);
+  const RenderOptions turned = render_options({"--turn", "-30", "--target", "1,2,3", "--orbit-axis", "z"});
+  EXPECT_EQ(turned.turn->angle_deg, -30.0);
+  EXPECT_EQ(turned.turn->axis, V3f(0.0f, 0.0f, 1.0f));
+  EXPECT_EQ(turned.turn->around, V3f(1.0f, 2.0f, 3.0f));
+  EXPECT_FALSE(render_options({"--turn", "5"}).turn->around);
+}
+
 TEST(Options, AcceptNegativeValues) {
   const RenderOptions options = render_options({"--orbit", "-140,50,5", "--target", "-1,0,-2", "--fov", "30"});
   EXPECT_EQ(*options.orbit, V3f(-140.0f, 50.0f, 5.0f));
@@ -195,7 +211,12 @@ TEST(Options, QuoteTheCommandLineForAShell) {
 
 TEST(Options, RefuseWrongCombinations) {
   EXPECT_EQ(refusal({"render", "a.glb", "--env-rotation", "3"}), "--env-rotation: has no meaning without --env");
-  EXPECT_EQ(refusal({"render", "a.glb", "--target", "0,0,0"}), "--target: has no meaning without --orbit");
+  EXPECT_EQ(refusal({"render", "a.glb", "--target", "0,0,0"}),
+            "--target: has no meaning without --orbit, --turn or --turntable");
+  EXPECT_EQ(refusal({"render", "a.glb", "--time-limit", "3s", "--time-limit-total", "5s"}),
+            "--time-limit and --time-limit-total: give one of them");
+  EXPECT_EQ(refusal({"render", "a.glb", "--guiding", "off", "--training-paths", "3"}),
+            "--training-paths: has no meaning with --guiding off");
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,1", "--camera", "0"}),
             "--orbit and --camera: give one of them");
   EXPECT_EQ(refusal({"render", "a.glb", "--orbit", "0,90,-1"}), "--orbit: the radius -1 is negative; use 0 or more");

@@ -75,6 +75,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--noise-threshold", {true, {"--planned-spp", "64"}, {"--noise-threshold", "0.1"}}},
       {"--min-spp", {true, {"--noise-threshold", "0.1"}, {"--min-spp", "64"}}},
       {"--time-limit", {false, {"--spp", "64"}, {"--time-limit", "5m"}}},
+      {"--time-limit-total", {false, {"--spp", "64"}, {"--time-limit-total", "5m"}}},
       {"--seed", {true, kNone, {"--seed", "1"}}},
       {"--sampler", {true, kNone, {"--sampler", "sobol"}}},
       {"--filter", {true, {"--filter-width", "2"}, {"--filter", "box"}}},
@@ -91,6 +92,10 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--camera", {true, kNone, {"--camera", "1"}}},
       {"--orbit", {true, kNone, {"--orbit", "1,2,3"}}},
       {"--target", {true, {"--orbit", "1,2,3"}, {"--target", "1,0,0"}}},
+      {"--turn", {true, kNone, {"--turn", "30"}}},
+      {"--orbit-axis", {true, {"--turn", "30"}, {"--orbit-axis", "z"}}},
+      {"--turntable", {true, kNone, {"--turntable", "4", "-o", "a##.png"}}}, // each frame has a --turn
+      {"--camera-path", {false, kNone, {"--camera-path", "a.json"}}},        // becomes the image's own camera
       {"--fov", {true, kNone, {"--fov", "30"}}},
       {"--backfaces", {true, kNone, {"--backfaces", "cull"}}},
       {"--f-stop", {true, kNone, {"--f-stop", "none"}}},
@@ -121,6 +126,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--clamp-indirect", {true, kNone, {"--clamp-indirect", "5"}}},
       {"--caustics", {true, kNone, {"--caustics", "off"}}},
       {"--guiding", {true, kNone, {"--guiding", "off"}}},
+      {"--training-paths", {true, kNone, {"--training-paths", "4096"}}},
       {"--ao-distance", {true, kNone, {"--ao-distance", "1"}}},
       {"--tracer", {true, kNone, {"--tracer", "none"}}},
       {"--trace-depth", {true, kWhitted, {"--trace-depth", "3"}}},

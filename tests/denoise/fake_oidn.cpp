@@ -2,8 +2,9 @@
 //
 // A color becomes color / 2 + albedo / 4 + normal / 8, any other image half of itself. FAKE_OIDN in
 // the environment names what fails, as words separated by spaces: new=CODE no device, execute=CODE
-// an error of each filter.
+// an error of each filter; signal=1 an interrupt in the middle of each filter.
 // SPDX-License-Identifier: Apache-2.0
+#include <csignal>
 #include <cstddef>
 #include <cstdlib>
 #include <map>
@@ -100,6 +101,7 @@ void oidnExecuteFilter(Filter* filter) {
   for (const auto& [name, value] : filter->parameters) log_of_filters += name + "=" + std::to_string(value) + " ";
   log_of_filters += "\n";
   if (error = setting("execute"); error != 0) return;
+  if (setting("signal") != 0) raise(SIGINT); // its handler has run when this returns
   for (const double fraction : {0.5, 1.0})
     if (filter->progress != nullptr && !filter->progress(filter->user, fraction)) {
       error = 6;

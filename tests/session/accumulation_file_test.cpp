@@ -17,7 +17,8 @@ TEST_F(AccumulationFile, RoundTripKeepsEverything) {
   const V2i size(200, 130); // planes of several blocks
   const PixelRect area{V2i(3, 5), V2i(197, 130)};
   for (const bool everything : {false, true}) {
-    const RenderState state = random_state(size, area, everything, 4);
+    RenderState state = random_state(size, area, everything, 4);
+    if (everything) state.work.training_paths = 12288;
     EXPECT_TRUE(state.adaptive.empty() || state.adaptive.fits(area)); // a precondition of writing
     const AccumulationIdentity identity = identity_of(size, area);
     const Result<void> written = write_accumulation(path_, identity, state, false);
@@ -31,6 +32,7 @@ TEST_F(AccumulationFile, RoundTripKeepsEverything) {
     expect_same(summary.value().identity, identity);
     EXPECT_EQ(summary.value().coverage, state.coverage);
     EXPECT_EQ(summary.value().work.thread_s, state.work.thread_s);
+    EXPECT_EQ(summary.value().work.training_paths, state.work.training_paths);
   }
   EXPECT_EQ(files_in_folder(), 1U);
 }

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <thread>
 
 namespace kindling::test {
@@ -263,9 +264,9 @@ TEST(RenderSession, CancelledAdaptiveRenderHasEqualCounts) {
     EXPECT_TRUE(same_bits(outcome.value().film.resolve(aov), whole.resolve(aov)));
 }
 
-// A time limit can end a render at any count; its image is the render of that count, stopped blocks
-// included.
-TEST(RenderSession, TimeLimitedAdaptiveRenderHasEqualCounts) {
+// A time limit can end a render at any count; each pixel is that of the render of its count,
+// stopped blocks included.
+TEST(RenderSession, TimeLimitedAdaptiveRenderHasWholeSamples) {
   const auto world = mixed_world(accel::Kind::embree);
   RenderSettings settings = adaptive_render();
   settings.samples_per_pixel = 1U << 20;
@@ -274,11 +275,21 @@ TEST(RenderSession, TimeLimitedAdaptiveRenderHasEqualCounts) {
   const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, nullptr, nullptr);
   ASSERT_TRUE(outcome.ok());
   EXPECT_FALSE(outcome.value().interrupted);
-  settings.samples_per_pixel = outcome.value().statistics.samples_per_pixel;
+  const std::vector<float> samples = outcome.value().film.resolve(Aov::samples);
+  const std::vector<float> beauty = outcome.value().film.resolve(Aov::beauty);
+  settings.planned_samples = settings.planned();
   settings.time_limit_s.reset();
-  if (settings.samples_per_pixel < settings.adaptive.min_samples_per_pixel) settings.adaptive = {};
-  const Film whole = render_film(*world, settings);
-  EXPECT_TRUE(same_bits(outcome.value().film.resolve(Aov::beauty), whole.resolve(Aov::beauty)));
+  for (const float count : std::set<float>(samples.begin(), samples.end())) {
+    RenderSettings fixed = settings;
+    fixed.samples_per_pixel = static_cast<uint32_t>(count);
+    fixed.adaptive = {};
+    const std::vector<float> whole = render_film(*world, fixed).resolve(Aov::beauty);
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (samples[i] == count) {
+        ASSERT_EQ(std::memcmp(&beauty[3 * i], &whole[3 * i], 3 * sizeof(float)), 0)
+            << "pixel " << i << " with " << count << " samples";
+      }
+  }
 }
 
 // Slow passes become short and end at counts without decisions.

@@ -111,6 +111,7 @@ void override_render(const ResumeOptions& resume, RenderOptions& o) {
   if (resume.time_limit_s) {
     if (!o.time_limit_s) o.spp = o.samples_per_pixel(); // with a limit the default would be another
     o.time_limit_s = resume.time_limit_s;
+    o.time_limit_total_s.reset();
   }
   if (resume.checkpoint_every_s) o.checkpoint.every_s = *resume.checkpoint_every_s;
   if (resume.progress) o.progress = *resume.progress;

@@ -3,15 +3,19 @@
 #include "renderer/app/flags/frame_flags.h"
 
 #include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/output/frame_names.h"
+#include "renderer/app/output/video.h"
 #include "renderer/app/text/parse_values.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <optional>
 #include <unordered_set>
 
@@ -76,6 +80,27 @@ Result<void> check_pattern(const char* flag, const std::filesystem::path& name) 
                   flag, name.string()));
 }
 
+// Numbers the frames of a turntable.
+Result<void> check_turntable(const FlagSet& flags, RenderOptions& o) {
+  if (!flags.given("--turntable")) return {};
+  if (flags.given("--turn")) return usage_error("--turn and --turntable: give one of them");
+  if (o.turntable_s) {
+    const double frames = std::round(*o.turntable_s * o.shutter.frames_per_s.value_or(kDefaultFramesPerSecond));
+    if (frames > kMaxFrames) return usage_error(fmt::format("--turntable: more than {} frames", kMaxFrames));
+    o.frames.turntable = std::max(static_cast<int>(frames), 1);
+  }
+  const int count = *o.frames.turntable;
+  for (const int frame : o.frames.numbers)
+    if (frame < 0 || frame >= count)
+      return usage_error(fmt::format("--frames: {} is no frame of the turntable; use 0 to {}", frame, count - 1));
+  if (o.frames.numbers.empty()) {
+    o.frames.numbers.resize(static_cast<size_t>(count));
+    std::iota(o.frames.numbers.begin(), o.frames.numbers.end(), 0);
+  }
+  if (!o.turn) o.turn.emplace();
+  return {};
+}
+
 } // namespace
 
 Result<std::vector<int>> parse_frames(std::string_view text) {
@@ -102,22 +127,40 @@ void add_frame_flags(FlagSet& flags, RenderOptions& o) {
       "Render these frames, such as 1-48, 0-100x5 or 7: frame F shows the time --time + F / --fps; #### in the names "
       "of -o and --stats is the frame number [one image]",
       [&o](auto text) { return store(parse_frames(text), o.frames.numbers); });
+  flags.value("--turntable", "TIME|FRAMES",
+              "Turn the camera once around --orbit-axis through --target: this many frames, such as 48, or this time, "
+              "such as 4s, at --fps; frame F has --turn 360 * F / FRAMES, and --frames selects some [none]",
+              [&o](auto text) -> Result<void> {
+                const bool counts = text.find_first_not_of("0123456789") == std::string_view::npos;
+                if (counts) return store(parse_integer(text, 1, kLastFrame), o.frames.turntable);
+                return store(parse_duration(text), o.turntable_s);
+              });
+  flags.value(
+      "--camera-path", "FILE",
+      "Camera that moves along a path at the times of the frames: keys in a .json file, or the camera (--camera, "
+      "else the first) of an animated .gltf or .glb file [none]",
+      [&o](auto text) { return set_path(text, o.camera_path); });
   flags.toggle("--force",
                "Render frames again whose files exist, and replace a checkpoint that is damaged or of another image",
                o.frames.force);
 }
 
 Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
-  const bool frames = flags.given("--frames");
+  if (!o.camera_path.empty() && o.orbit) return usage_error("--camera-path and --orbit: give one of them");
+  if (Result<void> turned = check_turntable(flags, o); !turned.ok()) return turned;
+  const bool frames = !o.frames.numbers.empty();
   if (!frames && flags.given("--force") && !o.checkpoint.enabled())
-    return usage_error("--force: has no meaning without --frames or --checkpoint");
+    return usage_error("--force: has no meaning without --frames, --turntable or --checkpoint");
   if (!frames) return {};
   if (!o.shutter.frames_per_s) o.shutter.frames_per_s = kDefaultFramesPerSecond;
   if (o.replay_pixel && o.frames.numbers.size() > 1)
     return usage_error(fmt::format("--pixel: replays a sample of one frame, and --frames has {}; add --frames {}",
                                    o.frames.numbers.size(), o.frames.numbers.front()));
   for (const std::filesystem::path& output : o.outputs)
-    if (Result<void> checked = check_pattern("--output", output); !checked.ok()) return checked;
+    if (is_video(output))
+      continue;
+    else if (Result<void> checked = check_pattern("--output", output); !checked.ok())
+      return checked;
   if (o.checkpoint.enabled())
     if (Result<void> checked = check_pattern("--checkpoint", o.checkpoint.file); !checked.ok()) return checked;
   if (count_frame_groups(o.stats_file) > 1) return check_pattern("--stats", o.stats_file);

@@ -36,8 +36,10 @@ void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_integer(text, 1, 100), o.jpeg_quality); });
   flags.value(
       "--denoise", "off|fast|best",
-      fmt::format("Denoise images with Open Image Denoise, which cmake/get_oidn.sh installs; best takes longer [{}]",
-                  denoising_name(o.denoising)),
+      fmt::format(
+          "Denoise images with Open Image Denoise, for which 'kindling --version' names the script that installs it; "
+          "best takes longer [{}]",
+          denoising_name(o.denoising)),
       [&o](auto text) {
         return choose(denoising_from_name(text), o.denoising, "way of denoising", text, {"off", "fast", "best"});
       });

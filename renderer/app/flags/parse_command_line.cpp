@@ -30,6 +30,7 @@ Usage:
   kindling render SCENE [-o FILE]... [flags]   render a .gltf or .glb file to PNG and EXR
   kindling resume FILE.kacc [flags]            resume an interrupted render, or add samples to one
   kindling merge PART... -o FILE [flags]       add up parts that were rendered separately
+  kindling denoise FILE -o FILE [flags]        denoise an .exr image or a .kacc file
   kindling info SCENE [flags]                  print the contents of a scene
   kindling info FILE.kacc [--json]             print the contents of a checkpoint or part, and check it
   kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
@@ -67,6 +68,10 @@ constexpr const char* kCheckpointHelp =
     "\n\nFILE.kacc is the checkpoint of a render. [Defaults] are in brackets; the last use of a flag counts.";
 constexpr const char* kPartHelp =
     "\n\nPART is a .kacc file: a part, a checkpoint or a merge, in any order. [Defaults] are in brackets.";
+
+constexpr const char* kImageHelp = "\n\nFILE is an EXR image, of this or another renderer, with layers of albedo and "
+                                   "normal if it has some, or a .kacc "
+                                   "file. [Defaults] are in brackets.";
 
 // A command of the program: its name, operand and flags. A new command gets a specialization here
 // and an entry in Commands.
@@ -133,6 +138,20 @@ struct Command<MergeOptions> {
   static std::vector<std::filesystem::path>& operand(MergeOptions& options) { return options.parts; }
   static void add_flags(FlagSet& flags, MergeOptions& options) { add_merge_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, MergeOptions& options) { return check_merge_flags(flags, options); }
+};
+
+template <>
+struct Command<DenoiseOptions> {
+  static constexpr std::string_view kName = "denoise";
+  static constexpr const char* kDescription = "Denoises a finished image by Open Image Denoise.";
+  static constexpr const char* kOperand = "FILE";
+  static constexpr const char* kUsage = "FILE.exr|FILE.kacc -o FILE [-o FILE]... [flags]";
+  static constexpr const char* kOperandHelp = kImageHelp;
+  static std::filesystem::path& operand(DenoiseOptions& options) { return options.file; }
+  static void add_flags(FlagSet& flags, DenoiseOptions& options) { add_denoise_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, DenoiseOptions& options) {
+    return check_denoise_flags(flags, options);
+  }
 };
 
 template <>
@@ -213,7 +232,8 @@ struct CommandList {
   }
 };
 
-using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions>;
+using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
+                             DenoiseOptions>;
 
 // The command with several actions, which has a parser of its own.
 constexpr std::string_view kFarm = "farm";

@@ -123,8 +123,12 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
     return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
   });
   flags.value("--time-limit", "TIME",
-              "Stop after the first pass beyond this time, in seconds or as in 90s, 5m, 1h30m [none]",
+              "Render for this time, in seconds or as in 90s, 5m, 1h30m; at most a tenth of it trains a guide [none]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });
+  flags.value("--time-limit-total", "TIME",
+              "The same from the start of the program until the image is written: loading, building, denoising and "
+              "writing count [none]",
+              [&o](auto text) { return store(parse_duration(text), o.time_limit_total_s); });
   flags.value("--seed", "N", fmt::format("Random seed: changes the noise, not the image [{}]", o.seed),
               [&o](auto text) { return store(parse_integer(text, 0, std::numeric_limits<int32_t>::max()), o.seed); });
   flags.value("--sampler", "NAME",
@@ -147,6 +151,7 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
 
 // The largest limit on bounces; longer paths would not fit their counters.
 constexpr int64_t kMaxBounces = 4096;
+constexpr int64_t kMaxTrainingPaths = 1 << 24;
 constexpr int kMoreTransmissions = 8; // default of --max-transmission-bounces, above --max-bounces
 
 void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
@@ -191,6 +196,11 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) {
                 return choose(guiding_from_name(text), o.guiding, "guiding", text, {"on", "off", "auto"});
               });
+  flags.value(
+      "--training-paths", "N",
+      "Paths that train the guide; 0: no guide [a sixteenth of --planned-spp, at most 262144; with a time limit "
+      "what a tenth of it allows]",
+      [&o](auto text) { return store(parse_integer(text, 0, kMaxTrainingPaths), o.training_paths); });
   flags.value("--ao-distance", "METERS", "Maximum distance of ambient occluders [a tenth of the scene's diagonal]",
               [&s](auto text) { return store(parse_number(text, 1e-6), s.ao_distance_m); });
 }
@@ -297,6 +307,11 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (Result<void> checked = check_lens_flags(flags, o.lens); !checked.ok()) return checked;
   if (Result<void> checked = check_shutter_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_frame_flags(flags, o); !checked.ok()) return checked;
+  if (o.time_limit_total_s && o.time_limit_s)
+    return usage_error("--time-limit and --time-limit-total: give one of them");
+  if (o.time_limit_total_s) o.time_limit_s = o.time_limit_total_s; // less what is over when the render begins
+  if (flags.given("--training-paths") && o.guiding == Guiding::off)
+    return usage_error("--training-paths: has no meaning with --guiding off");
   if (flags.given("--sample") && !o.replay_pixel) return usage_error("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
     return usage_error("--min-spp: has no meaning without --noise-threshold above 0");
@@ -337,6 +352,10 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   add_size_flag(flags, o.image);
   flags.repeated("--aov", "NAME,...", "Additional layers [none]",
                  [&o](auto text) { return add_aovs(text, o.image.aovs); });
+  flags.value(
+      "--denoise", "off|fast|best", fmt::format("Denoising [{}]", denoising_name(o.image.denoising)), [&o](auto text) {
+        return choose(denoising_from_name(text), o.image.denoising, "way of denoising", text, {"off", "fast", "best"});
+      });
   flags.value("--env", "FILE", "Environment map [none]", [&o](auto text) { return set_path(text, o.image.env_file); });
   flags.value("--texture-memory", "SIZE", "Limit on the memory of textures [no limit]",
               [&o](auto text) { return store(parse_bytes(text), o.image.texture_memory_bytes); });

@@ -64,9 +64,28 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
               "Camera on a sphere around --target: azimuth from +z towards +x and polar angle from +y in degrees, "
               "distance in meters [none]",
               [&o](auto text) { return store(parse_vector(text), o.orbit); });
-  flags.value("--target", "X,Y,Z",
-              fmt::format("Point that --orbit looks at, meters [{:g},{:g},{:g}]", o.target.x, o.target.y, o.target.z),
-              [&o](auto text) { return store(parse_vector(text), o.target); });
+  flags.value(
+      "--target", "X,Y,Z",
+      fmt::format("Point that --orbit looks at and --turn turns around, meters [{:g},{:g},{:g}; without --orbit "
+                  "the point in view nearest to the center of the scene]",
+                  o.target.x, o.target.y, o.target.z),
+      [&o](auto text) { return store(parse_vector(text), o.target); });
+  const auto turn = [&o]() -> CameraTurn& { return o.turn ? *o.turn : o.turn.emplace(); };
+  flags.value("--turn", "DEG",
+              "Turn the camera around --orbit-axis through --target, counter-clockwise as seen from its end [none]",
+              [turn](auto text) { return store(parse_number(text, -1e6, 1e6), turn().angle_deg); });
+  flags.value("--orbit-axis", "X,Y,Z", "Axis of --turn and --turntable: x, y, z or a direction [y]",
+              [turn](auto text) -> Result<void> {
+                CameraTurn& of = turn();
+                if (text == "x" || text == "y" || text == "z") {
+                  of.axis = V3f(text == "x" ? 1.0f : 0.0f, text == "y" ? 1.0f : 0.0f, text == "z" ? 1.0f : 0.0f);
+                  return {};
+                }
+                if (Result<void> stored = store(parse_vector(text), of.axis); !stored.ok()) return stored;
+                if (!(of.axis.length() > 0.0f && of.axis.length() <= kMaxTransform))
+                  return usage_error(fmt::format("'{}' is no direction; use x, y, z or X,Y,Z", text));
+                return {};
+              });
   flags.value("--fov", "DEG",
               fmt::format("Vertical field of view of a perspective camera, degrees [the camera's; {:g} with --orbit]",
                           Orbit().yfov_deg),
@@ -104,7 +123,7 @@ void add_size_flag(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_size(text), o.size_px); });
 }
 
-Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
+Result<void> check_scene_flags(const FlagSet& flags, RenderOptions& o) {
   if (flags.given("--env") && flags.given("--env-color")) return usage_error("--env and --env-color: give one of them");
   if (o.studio == Studio::on && (flags.given("--env") || flags.given("--env-color")))
     return usage_error("--studio on and --env or --env-color: give one of them");
@@ -113,8 +132,15 @@ Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& o) {
   if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
     return usage_error("--env-intensity: has no meaning without --env or --env-color");
   if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
-  if (flags.given("--target") && !flags.given("--orbit"))
-    return usage_error("--target: has no meaning without --orbit");
+  const bool turns = flags.given("--turn") || flags.given("--turntable");
+  if (flags.given("--target") && !flags.given("--orbit") && !turns)
+    return usage_error("--target: has no meaning without --orbit, --turn or --turntable");
+  if (flags.given("--orbit-axis") && !turns)
+    return usage_error("--orbit-axis: has no meaning without --turn or --turntable");
+  if (turns && flags.given("--target")) {
+    if (!o.turn) o.turn.emplace();
+    o.turn->around = o.target;
+  }
   const auto is_far = [](float meters) { return std::abs(meters) > kMaxTransform; };
   if (o.orbit && is_far(o.orbit->z))
     return usage_error(

@@ -17,8 +17,9 @@ namespace kindling::app {
 // Scene, camera and light.
 void add_scene_flags(FlagSet& flags, RenderOptions& options);
 void add_size_flag(FlagSet& flags, RenderOptions& options);
-// Checks combinations of the flags of add_scene_flags(); fails (usage).
-[[nodiscard]] Result<void> check_scene_flags(const FlagSet& flags, const RenderOptions& options);
+// Checks combinations of the flags of add_scene_flags() and combines --turn with --target; fails
+// (usage).
+[[nodiscard]] Result<void> check_scene_flags(const FlagSet& flags, RenderOptions& options);
 
 // A usage error that lists the accepted names.
 [[nodiscard]] Error unknown_name(std::string_view what, std::string_view text, const std::vector<std::string>& names);

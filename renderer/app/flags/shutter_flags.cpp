@@ -38,18 +38,19 @@ void add_shutter_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--shutter-angle", "DEG",
               "Motion blur: the shutter opens at --time, for this part of 360 degrees of a frame of --fps [none]",
               [&o](auto text) { return store(parse_number(text, 0.0, 360.0), o.shutter.angle_deg); });
-  flags.value(
-      "--fps", "N",
-      fmt::format("Frames per second, for --shutter-angle and --frames [{:g} with --frames]", kDefaultFramesPerSecond),
-      [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
+  flags.value("--fps", "N",
+              fmt::format("Frames per second, for --shutter-angle, --frames and --turntable [{:g} with --frames]",
+                          kDefaultFramesPerSecond),
+              [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
 }
 
 Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& /*options*/) {
   if (flags.given("--shutter") && flags.given("--shutter-angle"))
     return usage_error("--shutter and --shutter-angle: give one of them");
-  if (flags.given("--fps") && !flags.given("--shutter-angle") && !flags.given("--frames"))
-    return usage_error("--fps: has no meaning without --shutter-angle or --frames");
-  if (flags.given("--shutter-angle") && !flags.given("--fps") && !flags.given("--frames"))
+  const bool frames = flags.given("--frames") || flags.given("--turntable");
+  if (flags.given("--fps") && !flags.given("--shutter-angle") && !frames)
+    return usage_error("--fps: has no meaning without --shutter-angle, --frames or --turntable");
+  if (flags.given("--shutter-angle") && !flags.given("--fps") && !frames)
     return usage_error("--shutter-angle: needs --fps, the frames per second");
   return {};
 }

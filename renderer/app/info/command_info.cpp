@@ -84,7 +84,8 @@ Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& sc
   MemoryRequest request;
   add_environment(environment.value().environment.get(), options.image, request);
   request.size_px = size.value();
-  request.aovs = options.image.aovs;
+  request.aovs = options.image.recorded_aovs();
+  request.denoising = options.image.denoising;
   request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.image.texture_memory_bytes;
   return request;

@@ -53,7 +53,7 @@ class MergeCommand {
     const Result<void> reported = report();
     if (!written.ok()) return written.error();
     if (!reported.ok()) return reported.error();
-    return kExitOk;
+    return interrupted_ ? exit_code_of_signal(signals_.received()) : kExitOk;
   }
 
  private:
@@ -121,9 +121,10 @@ class MergeCommand {
     const PixelRect& crop = merged.identity.crop;
     const Film& film = merged.state.film;
     const bool is_whole = film.crop().min == crop.min && film.crop().max == crop.max;
+    const ImageWriting writing{view, metadata, options_.image, display_, console_, &cancel_};
     WrittenImages written =
-        is_whole ? write_images(images, film, view, metadata, options_.image, display_, console_)
-                 : write_images(images, film.cut(crop), view, metadata, options_.image, display_, console_);
+        is_whole ? write_images(images, film, writing) : write_images(images, film.cut(crop), writing);
+    interrupted_ = written.denoising_cancelled;
     report_.outputs.insert(report_.outputs.end(), written.files.begin(), written.files.end());
     if (written.first_error && !first_error)
       first_error = written.first_error;
@@ -156,6 +157,7 @@ class MergeCommand {
   SignalGuard signals_;
   ProgressDisplay display_;
   MergeReport report_;
+  bool interrupted_ = false; // in denoising: the images are noisy
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace kindling::app {
@@ -14,6 +15,10 @@ inline constexpr size_t kMaxFrames = 1'000'000;
 struct FrameOptions {
   std::vector<int> numbers; // unique, in the order of rendering; empty: one image, with literal file names
   bool force = false;       // renders frames again whose files exist
+  // Number of frames of a full turn of the camera, numbered from 0; unset: frames differ in their
+  // time.
+  std::optional<int> turntable;
+  bool video_only = false; // no images of single frames
 };
 
 } // namespace kindling::app

@@ -27,8 +27,10 @@ struct RenderOptions : WorldSettings, ImageSettings {
   std::filesystem::path scene_file;
   // Empty: the scene's stem with .png, or -####.png for frames, in the current folder.
   std::vector<std::filesystem::path> outputs;
+  std::filesystem::path camera_path; // a file whose camera replaces those of the scene; empty: none
   FrameOptions frames;
-  WorkPart part; // of the samples, the pixels, or both
+  std::optional<double> turntable_s; // of --turntable, which becomes FrameOptions::turntable
+  WorkPart part;                     // of the samples, the pixels, or both
   CheckpointOptions checkpoint;
   std::optional<WhittedTracer> tracer; // preset of the Whitted tracer and its accelerator
 
@@ -38,6 +40,10 @@ struct RenderOptions : WorldSettings, ImageSettings {
   std::string view;
   std::optional<double> exposure_stops = 0.0; // none: auto
   std::string ocio_config;
+
+  // From the start of the process, or of a later frame, until the image is written. ImageSettings::
+  // time_limit_s gets what is left of it when the render begins.
+  std::optional<double> time_limit_total_s;
 
   std::optional<Denoising> resumed_denoising; // of `kindling resume`, which cannot change what the film records
   [[nodiscard]] Denoising denoising_of_images() const { return resumed_denoising.value_or(denoising); }
@@ -101,6 +107,14 @@ struct MergeOptions {
   std::vector<std::filesystem::path> parts;
   bool allow_missing = false;
   RenderOptions image; // uses its outputs, their formats and view, --stats, --quiet and --verbose
+};
+
+// Options of `kindling denoise`.
+struct DenoiseOptions {
+  DenoiseOptions() { image.denoising = Denoising::best; }
+
+  std::filesystem::path file; // .exr or .kacc
+  RenderOptions image;        // uses its outputs, their formats and view, --denoise, --threads, --quiet and --verbose
 };
 
 // Options of `kindling scaling`.

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/app/options/progress_mode.h"
-#include "renderer/denoise/denoiser.h"
+#include "renderer/denoise/denoising.h"
 #include "renderer/device/make_device.h"
 
 #include <cstdint>

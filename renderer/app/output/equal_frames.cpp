@@ -49,7 +49,7 @@ bool varies(const AnimationChannel& channel) {
 
 std::string equal_frames_warning(const Scene& scene, int root, const RenderOptions& options) {
   const size_t count = options.frames.numbers.size();
-  if (count < 2) return {};
+  if (count < 2 || options.frames.turntable || !options.camera_path.empty()) return {};
   std::optional<TimeRange> animated; // the keys of all channels that vary
   for (const Animation& animation : scene.animations)
     for (const AnimationChannel& channel : animation.channels) {
@@ -60,7 +60,7 @@ std::string equal_frames_warning(const Scene& scene, int root, const RenderOptio
     }
   if (!animated)
     return fmt::format("--frames: all {} frames are equal: nothing in {} is animated; only animations of the file move "
-                       "things from frame to frame, {} does not",
+                       "things from frame to frame, {} does not; --turntable and --camera-path move the camera",
                        count, scene.source, options.orbit ? "--orbit" : "--camera");
   const std::optional<TimeRange> shown = shown_times(scene, root, options);
   if (!shown || (shown->last_s > animated->first_s && shown->first_s < animated->last_s)) return {};

@@ -51,6 +51,7 @@ std::vector<NamedFile> files_read(const RenderOptions& options) {
   std::vector<NamedFile> read;
   if (!options.scene_file.empty()) read.push_back({"the scene", options.scene_file});
   if (!options.env_file.empty()) read.push_back({"the file of --env", options.env_file});
+  if (!options.camera_path.empty()) read.push_back({"the file of --camera-path", options.camera_path});
   const char* variable = std::getenv("OCIO");
   if (!options.ocio_config.empty())
     read.push_back({"the file of --ocio", options.ocio_config});

@@ -41,11 +41,15 @@ std::filesystem::path name_of_frame(const std::filesystem::path& pattern, int fr
 RenderOptions options_of_frame(const RenderOptions& options, int frame) {
   RenderOptions own = options;
   own.frames = {};
+  own.frames.video_only = options.frames.video_only;
   own.checkpoint.file = name_of_frame(options.checkpoint.file, frame);
   own.checkpoint.replace = options.frames.force;
   for (const std::string& word : {std::string("--frames"), fmt::format("{}", frame)}) own.arguments.push_back(word);
-  own.time_s = options.time_s.value_or(0.0) + frame / options.shutter.frames_per_s.value_or(kDefaultFramesPerSecond);
-  if (own.outputs.empty()) own.outputs = {default_output(options)};
+  if (options.frames.turntable)
+    own.turn->angle_deg = 360.0 * frame / *options.frames.turntable;
+  else
+    own.time_s = options.time_s.value_or(0.0) + frame / options.shutter.frames_per_s.value_or(kDefaultFramesPerSecond);
+  if (own.outputs.empty() && !options.frames.video_only) own.outputs = {default_output(options)};
   for (std::filesystem::path& output : own.outputs) output = name_of_frame(output, frame);
   own.stats_file = name_of_frame(options.stats_file, frame);
   return own;

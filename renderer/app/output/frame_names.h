@@ -14,8 +14,8 @@ namespace kindling::app {
 // group: "a_####.png" gives a_0007.png, a_-0007.png, a_12345.png.
 [[nodiscard]] std::filesystem::path name_of_frame(const std::filesystem::path& pattern, int frame);
 
-// The options of a single render of this frame: its time is --time (0 if unset) + frame / fps, its
-// file names have the number.
+// The options of a single render of this frame: its time is --time (0 if unset) + frame / fps, or
+// its turn is that of the turntable; its file names have the number.
 [[nodiscard]] RenderOptions options_of_frame(const RenderOptions& options, int frame);
 
 } // namespace kindling::app

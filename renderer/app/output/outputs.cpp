@@ -3,7 +3,10 @@
 #include "renderer/app/output/outputs.h"
 
 #include "renderer/app/output/choose_view.h"
+#include "renderer/app/output/denoise_image.h"
 #include "renderer/app/output/file_conflicts.h"
+#include "renderer/app/output/video.h"
+#include "renderer/app/terminal/stopwatch.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/denoise/denoiser.h"
 #include "renderer/image/atomic_file.h"
@@ -14,7 +17,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <fstream>
 
 namespace kindling::app {
@@ -50,8 +52,11 @@ fs::path default_output(const RenderOptions& options) {
 
 Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
   std::vector<fs::path> outputs = options.outputs;
-  if (outputs.empty()) outputs.push_back(default_output(options));
+  if (outputs.empty() && !options.frames.video_only) outputs.push_back(default_output(options));
   for (size_t i = 0; i < outputs.size(); ++i) {
+    if (is_video(outputs[i]))
+      return usage_error(
+          fmt::format("--output: {}: a video needs frames; add --turntable or --frames", outputs[i].string()));
     if (const std::string sentence = is_accumulation(outputs[i]) ? "" : unsupported_output(outputs[i]);
         !sentence.empty())
       return Error{ErrorKind::usage, "--output: " + sentence};
@@ -122,79 +127,80 @@ ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
 
 namespace {
 
-struct DenoisedFilm {
-  std::vector<float> rgba;
-  std::string by; // "Open Image Denoise 2.5.1, best"
-};
-
-Result<DenoisedFilm> denoise_film(const Film& film, const RenderOptions& options, ProgressDisplay& display,
-                                  Console& console) {
-  const Result<Denoiser> denoiser = Denoiser::open(options.threads);
-  if (!denoiser.ok()) return denoiser.error();
-  NoisyImage image{{film.crop().width(), film.crop().height()}, {}, {}, {}};
+// Denoises a film, guided by its albedo and normal.
+Result<std::optional<DenoisedImage>> denoise_film(const Film& film, const ImageWriting& writing) {
   const std::vector<float> rgba = film.resolve_rgba();
   std::vector<float> albedo, normal;
   if (film.aovs().contains(Aov::albedo)) albedo = film.resolve(Aov::albedo);
   if (film.aovs().contains(Aov::normal)) normal = film.resolve(Aov::normal);
   if (albedo.empty() || normal.empty())
-    console.warning("--denoise: the sums have no albedo and normal, so that textures and edges blur; render with "
-                    "--denoise or --aov albedo,normal");
-  image.rgba = rgba;
-  image.albedo = albedo;
-  image.normal = normal;
-  const Denoising quality = options.denoising_of_images();
-  display.start_phase(Phase::denoise);
-  Result<std::vector<float>> denoised = denoiser.value().denoise(image, quality, [&](double fraction) {
-    display.on_progress({.phase = Phase::denoise, .done = fraction, .total = 1.0});
-    return true;
-  });
-  display.end_phase();
-  if (!denoised.ok()) return denoised.error();
-  return DenoisedFilm{std::move(denoised).value(),
-                      fmt::format("Open Image Denoise {}, {}", denoiser.value().version(), denoising_name(quality))};
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    writing.console.warning("--denoise: the sums have no albedo and normal, so that textures and edges blur; render "
+                            "with --denoise or --aov albedo,normal");
+  return denoise_image({{film.crop().width(), film.crop().height()}, rgba, albedo, normal},
+                       writing.options.denoising_of_images(), writing.options.threads, writing.display, writing.cancel);
 }
 
 } // namespace
 
-WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& film, const DisplayTransform& view,
-                           const ImageMetadata& film_metadata, const RenderOptions& options, ProgressDisplay& display,
-                           Console& console) {
+WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& film, const ImageWriting& writing) {
+  const RenderOptions& options = writing.options;
   WrittenImages written;
-  ImageMetadata metadata = film_metadata;
+  ImageMetadata metadata = writing.metadata;
   WriteOptions format{options.exr_half, options.png_bits, options.jpeg_quality, {}};
-  DenoisedFilm denoised;
-  if (options.denoising_of_images() != Denoising::off && !outputs.empty()) {
-    const auto start = std::chrono::steady_clock::now();
-    Result<DenoisedFilm> done = denoise_film(film, options, display, console);
-    if (done.ok()) {
-      denoised = std::move(done).value();
+  DenoisedImage denoised;
+  if (options.denoising_of_images() != Denoising::off && (!outputs.empty() || writing.frame)) {
+    const Clock::time_point start = Clock::now();
+    Result<std::optional<DenoisedImage>> done = denoise_film(film, writing);
+    if (!done.ok()) { // the noisy image is worth more than none
+      written.first_error = done.error();
+    } else if (!done.value()) {
+      written.denoising_cancelled = true;
+      metadata.text[std::string(kInterruptedKey)] = "before it was denoised";
+      writing.console.note("interrupted while denoising: the images are noisy");
+    } else {
+      denoised = *std::move(done).value();
       format.denoised = denoised.rgba;
       metadata.text["kindling:denoised"] = denoised.by;
-    } else { // the noisy image is worth more than none
-      written.first_error = done.error();
     }
     written.denoise_s = seconds_since(start);
   }
-  const auto start = std::chrono::steady_clock::now();
-  const std::optional<DisplayTransform> exposed = choose_exposure(options, film, metadata, outputs, console);
-  display.start_phase(Phase::write);
+  const Clock::time_point start = Clock::now();
+  std::vector<fs::path> shown = outputs;
+  if (writing.frame) shown.emplace_back("frame.png"); // has an exposure, too
+  const std::optional<DisplayTransform> exposed = choose_exposure(options, film, metadata, shown, writing.console);
+  const DisplayTransform& view = exposed ? *exposed : writing.view;
+  writing.display.start_phase(Phase::write);
+  const auto note_error = [&](const Error& error) {
+    if (written.first_error)
+      writing.console.error(error.message);
+    else
+      written.first_error = error;
+  };
   for (size_t i = 0; i < outputs.size(); ++i) {
-    Result<void> done = write_film(outputs[i], film, exposed ? *exposed : view, metadata, format);
-    if (!done.ok() && written.first_error)
-      console.error(done.error().message);
-    else if (!done.ok())
-      written.first_error = done.error();
+    const Result<void> done = write_film(outputs[i], film, view, metadata, format);
+    if (!done.ok())
+      note_error(done.error());
     else if (!is_standard_output(outputs[i]))
       written.files.push_back(outputs[i].string());
-    display.on_progress({.phase = Phase::write, .done = i + 1.0, .total = static_cast<double>(outputs.size())});
+    writing.display.on_progress({.phase = Phase::write, .done = i + 1.0, .total = static_cast<double>(outputs.size())});
   }
-  display.end_phase();
+  if (writing.frame)
+    if (const Result<void> done =
+            writing.frame(display_rgb8(film, view, format), V2i(film.crop().width(), film.crop().height()));
+        !done.ok())
+      note_error(done.error());
+  writing.display.end_phase();
   written.write_s = seconds_since(start);
   return written;
+}
+
+double predict_write_s(const std::vector<fs::path>& outputs, const RenderOptions& options, const V2i& size_px) {
+  // Measured for PNG, the slowest, on one core: the view transform and the compression.
+  constexpr double kSecondsPerMegapixel = 0.3;
+  const double megapixels = 1e-6 * static_cast<double>(size_px.x) * static_cast<double>(size_px.y);
+  const Denoising denoising = options.denoising_of_images();
+  return static_cast<double>(outputs.size()) * megapixels * kSecondsPerMegapixel +
+         (denoising == Denoising::off ? 0.0 : predict_denoise_s(size_px, denoising, options.threads));
 }
 
 Result<void> write_text_file(const fs::path& path, std::string_view text) {

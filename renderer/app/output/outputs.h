@@ -11,7 +11,9 @@
 #include "renderer/film/write_film.h"
 #include "renderer/image/atomic_file.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -42,15 +44,32 @@ namespace kindling::app {
 struct WrittenImages {
   std::vector<std::string> files;   // written successfully
   std::optional<Error> first_error; // further ones have been printed
+  bool denoising_cancelled = false; // by a signal: the images are noisy, and marked as interrupted
   double denoise_s = 0.0;           // 0 without --denoise
   double write_s = 0.0;
 };
 
-// Writes each image, also after a failure, so that a full disk costs no more than it must. Reports
-// Phase::write.
+// The arguments of write_images(). All references must outlive the call.
+struct ImageWriting {
+  const DisplayTransform& view;
+  const ImageMetadata& metadata;
+  const RenderOptions& options; // formats, denoising, exposure
+  ProgressDisplay& display;
+  Console& console;
+  const CancelToken* cancel = nullptr; // of denoising
+  // Gets the image as in a JPEG file, 8-bit RGB; null: no video is made.
+  std::function<Result<void>(const std::vector<uint8_t>& rgb, const V2i& size_px)> frame{};
+};
+
+// Denoises if that is asked for, and writes each image, also after a failure, so that a full disk
+// costs no more than it must. Reports Phase::denoise and Phase::write.
 [[nodiscard]] WrittenImages write_images(const std::vector<std::filesystem::path>& outputs, const Film& film,
-                                         const DisplayTransform& view, const ImageMetadata& metadata,
-                                         const RenderOptions& options, ProgressDisplay& display, Console& console);
+                                         const ImageWriting& writing);
+
+// Predicts how long write_images() will take on this machine, in seconds. Runs the denoiser, if it
+// is asked for, on a small image, which also makes the first real one faster.
+[[nodiscard]] double predict_write_s(const std::vector<std::filesystem::path>& outputs, const RenderOptions& options,
+                                     const V2i& size_px);
 
 // Writes a file completely or not at all.
 [[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);

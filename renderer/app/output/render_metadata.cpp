@@ -4,6 +4,8 @@
 
 #include "renderer/app/text/text_format.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -26,11 +28,14 @@ uint32_t finished_samples(const Coverage& coverage) {
 
 } // namespace
 
+std::string training_flag(uint64_t training_paths) { return fmt::format(" --training-paths {}", training_paths); }
+
 ImageMetadata metadata_of(const Accumulation& accumulation) {
   const RenderState& state = accumulation.state;
   ImageMetadata metadata = metadata_from_json(accumulation.identity.metadata);
   std::string command_line = "kindling";
   for (const std::string& argument : accumulation.identity.arguments) command_line += ' ' + shell_quote(argument);
+  if (state.work.training_paths) command_line += training_flag(*state.work.training_paths);
   if (!accumulation.identity.arguments.empty()) metadata.text["kindling:commandLine"] = command_line;
   metadata.integers["kindling:samplesPerPixel"] = static_cast<int>(finished_samples(state.coverage));
   metadata.integers["kindling:processes"] = static_cast<int>(state.work.runs);

@@ -6,10 +6,17 @@
 #include "renderer/session/accumulation_file.h"
 #include "renderer/session/image_metadata.h"
 
+#include <cstdint>
+#include <string>
+
 namespace kindling::app {
 
 // The metadata of images that are made from an accumulation: scene and camera, the command that
 // renders it, and the work spent.
 [[nodiscard]] ImageMetadata metadata_of(const Accumulation& accumulation);
+
+// Returns the flag, after a space, that fixes the guide of a render whose time limit chose its
+// paths. Command lines that are stored end in it.
+[[nodiscard]] std::string training_flag(uint64_t training_paths);
 
 } // namespace kindling::app

@@ -9,6 +9,7 @@
 #include "renderer/app/render/render_frames.h"
 #include "renderer/app/render/render_image.h"
 #include "renderer/app/render/render_run.h"
+#include "renderer/app/setup/camera_path.h"
 
 #include <tbb/global_control.h>
 
@@ -42,10 +43,14 @@ Result<int> render_images(const RenderOptions& options, const std::string& comma
       return remain.error();
   }
 
+  const Result<std::optional<CameraPath>> path = load_camera_path(options);
+  if (!path.ok()) return path.error();
   Result<std::unique_ptr<RenderScene>> scene = run.load_scene(options);
   if (!scene.ok()) return scene.error();
   if (Result<void> remain = check_inputs_remain(written, with_role(kSceneFile, scene.value()->files)); !remain.ok())
     return remain.error();
+  if (Result<void> placed = place_on_path(path.value(), *scene.value(), request.options); !placed.ok())
+    return placed.error();
   const Result<ImageResult> result = render_image(request, *scene.value(), run);
   if (!result.ok()) return result.error();
   return result.value().exit_code;

@@ -12,6 +12,7 @@
 #include "renderer/app/setup/memory_warning.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/app/text/text_format.h"
 #include "renderer/facade/lens.h"
 #include "renderer/facade/render_stage.h"
 #include "renderer/session/checkpoint.h"
@@ -27,6 +28,8 @@
 namespace kindling::app {
 
 namespace {
+
+constexpr double kMinRenderS = 1e-3; // of a time limit that loading has used up
 
 class ImageRender {
  public:
@@ -111,11 +114,10 @@ class ImageRender {
       return Error{ErrorKind::input_output, "--texture-memory: textures could not be read back: " + failure};
     fill_report(outcome.value());
     warn_of_non_finite(outcome.value().statistics.rays);
-    const int code = outcome.value().interrupted ? exit_code_of_signal(run_.signals.received()) : kExitOk;
     if (outcome.value().statistics.samples_per_pixel == 0) {
       run_.console.note("interrupted before every pixel had a sample: no image was written");
       if (Result<void> sums = checkpoint_ ? last_save() : write_accumulations(); !sums.ok()) return sums.error();
-      return ImageResult{code, std::nullopt};
+      return ImageResult{exit_code_of_signal(run_.signals.received()), std::nullopt};
     }
     const Result<void> written = write(outcome.value().film);
     report_.times.total_s = seconds_since_start();
@@ -129,6 +131,8 @@ class ImageRender {
     if (!written.ok()) return written.error();
     if (!stats.ok()) return stats.error();
     if (!last_save().ok()) return last_save().error();
+    if (report_.interrupted) run_.end_deadlines();
+    const int code = report_.interrupted ? exit_code_of_signal(run_.signals.received()) : kExitOk;
     return ImageResult{code, std::move(report_)};
   }
 
@@ -145,6 +149,7 @@ class ImageRender {
         const RenderRun::Storing storing(run_);
         save(state);
       };
+    if (options_.time_limit_total_s) limit_what_is_left(continuity);
     run_.start_render();
     run_.display.start_phase(Phase::render, checkpoint_ ? checkpoint_->done_share() : 0.0);
     report_.times.before_render_s = seconds_since_start();
@@ -152,6 +157,19 @@ class ImageRender {
         render(*stage_.world, *stage_.camera, settings_, &run_.cancel, &run_.display, std::move(continuity));
     run_.display.end_phase();
     return outcome;
+  }
+
+  // Leaves time for what follows the render.
+  void limit_what_is_left(const RenderContinuity& continuity) {
+    const double earlier_s = continuity.resume_from ? continuity.resume_from->work.render_s : 0.0;
+    const double after_s =
+        accumulations_.images().empty() ? 0.0 : predict_write_s(accumulations_.images(), options_, stage_.size_px);
+    const double left_s = *options_.time_limit_total_s - seconds_since_start() - after_s;
+    settings_.time_limit_s = earlier_s + std::max(left_s, kMinRenderS);
+    if (left_s < kMinRenderS)
+      run_.console.warning(fmt::format("--time-limit-total: {} were over when the render began, and writing takes "
+                                       "about {}: every pixel gets one sample",
+                                       format_seconds(seconds_since_start()), format_seconds(after_s)));
   }
 
   [[nodiscard]] ImageMetadata metadata() const {
@@ -162,8 +180,11 @@ class ImageRender {
   }
 
   Result<void> write(const Film& film) {
-    WrittenImages written =
-        write_images(accumulations_.images(), film, *request_.view, metadata(), options_, run_.display, run_.console);
+    const ImageMetadata facts = metadata();
+    WrittenImages written = write_images(
+        accumulations_.images(), film,
+        {*request_.view, facts, options_, run_.display, run_.console, &run_.cancel, request_.frame_pixels});
+    report_.interrupted |= written.denoising_cancelled;
     report_.times.denoise_s = written.denoise_s;
     report_.times.write_s = written.write_s;
     return finish(std::move(written));
@@ -212,6 +233,8 @@ class ImageRender {
     report_.mean_spp =
         static_cast<double>(outcome.film.total_samples()) / static_cast<double>(report_.crop.pixel_count());
     report_.interrupted = outcome.interrupted;
+    if (outcome.work.training_paths && !options_.training_paths)
+      report_.command_line += training_flag(*outcome.work.training_paths);
     if (checkpoint_) report_.checkpoint = checkpoint_->report();
     report_.statistics = outcome.statistics;
     report_.times.render_s = outcome.statistics.render_s;

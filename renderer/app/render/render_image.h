@@ -10,7 +10,9 @@
 #include "renderer/film/write_film.h"
 #include "renderer/session/render_session.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,7 +27,9 @@ struct ImageRequest {
   const DisplayTransform* view = nullptr;       // from choose_view(); null for replays, which write no files
   std::optional<int> frame{};                   // its number, with --frames; the caller prints the summary
   bool more = false;                            // further images of this scene follow
-  double start_s = 0.0;                         // start of this image, in seconds since the start of the process
+  // Gets the pixels for a video, as ImageWriting::frame; null: none is made.
+  std::function<Result<void>(const std::vector<uint8_t>& rgb, const V2i& size_px)> frame_pixels{};
+  double start_s = 0.0; // start of this image, in seconds since the start of the process
 };
 
 // Returns the settings of render() for an image of that size.

@@ -46,6 +46,10 @@ class RenderRun {
     RenderRun& run_;
   };
 
+  // To be called when everything of an interrupted run is stored: from then on no deadline ends the
+  // process, which is about to end by itself.
+  void end_deadlines() { ++storing_; }
+
   // To be called before the first sample of an image is taken.
   void start_render() { renders_ = true; }
 

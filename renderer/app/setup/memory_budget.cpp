@@ -4,6 +4,7 @@
 
 #include "accel/memory_estimate.h"
 #include "renderer/app/text/text_format.h"
+#include "renderer/denoise/denoiser.h"
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/film/film.h"
 #include "renderer/world/geometry.h"
@@ -63,7 +64,9 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   Part{"environment", environment, times(texels, "texels")},
                   Part{"film", film, fmt::format("{}x{}", request.size_px.x, request.size_px.y)},
                   Part{"guide", Costs::kGuide, "at most"},
-                  Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"}};
+                  Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"},
+                  Part{"denoising", denoise_memory_bytes(request.size_px, request.denoising),
+                       fmt::format("Open Image Denoise, {}", denoising_name(request.denoising))}};
 
   // --- loading: the file, what is read of it, the images -----------------------------------------
   const uint64_t posing = d.placed_meshes * (sizeof(PosedMesh) + 8) + d.deformed_bytes;

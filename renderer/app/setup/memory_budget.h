@@ -7,6 +7,7 @@
 #pragma once
 
 #include "accel/make_accelerator.h"
+#include "renderer/denoise/denoising.h"
 #include "renderer/film/aov.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene.h"
@@ -27,7 +28,8 @@ struct MemoryRequest {
   int threads = 1;
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory
   uint64_t environment_texels = 0;              // of --env; 0: none, or a constant one
-  bool decodes_hdr = false;                     // reads an image with OpenImageIO's module
+  Denoising denoising = Denoising::off;
+  bool decodes_hdr = false; // reads an image with OpenImageIO's module
 };
 
 // Counts of a scene: everything that the budget depends on.

@@ -19,6 +19,7 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   MemoryRequest request;
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.recorded_aovs();
+  request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
   add_environment(scene.environment.get(), options, request);

@@ -24,8 +24,9 @@ std::string version_text() {
   text += fmt::format("\noneTBB       {}\n", TBB_runtime_version());
   for (const auto& [name, number] : image_library_versions()) text += fmt::format("{:<12} {}\n", name, number);
   const Result<Denoiser> denoiser = Denoiser::open(1);
-  text += fmt::format("OIDN         {}\n",
-                      denoiser.ok() ? denoiser.value().version() : "none (cmake/get_oidn.sh installs it)");
+  text += fmt::format("OIDN         {}\n", denoiser.ok()
+                                               ? denoiser.value().version()
+                                               : fmt::format("none ({} installs it)", denoiser_install_command()));
   text +=
       fmt::format("CLI11        {}\nspdlog       {}.{}.{}\nfmt          {}.{}.{}\n", CLI11_VERSION, SPDLOG_VER_MAJOR,
                   SPDLOG_VER_MINOR, SPDLOG_VER_PATCH, FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100);
