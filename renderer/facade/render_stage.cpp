@@ -273,7 +273,7 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
   ImageSettings deciding = image;
   if (image.own_camera && scene.path_start) deciding.own_camera = scene.path_start;
   const ViewSettings views(deciding, posed.size_px);
-  if (scene.decisions && !(scene.decisions->views == views)) scene.decisions.reset();
+  if (scene.decisions && !scene.keeps_decisions && !(scene.decisions->views == views)) scene.decisions.reset();
   if (!scene.decisions && decides_at_rest(scene, posed.posed, image)) {
     posed.posed = PosedScene(); // posed again below
     const Result<void> decided = decide_at_rest(scene, views, deciding, cancel, listener);

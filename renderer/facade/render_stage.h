@@ -53,7 +53,8 @@ struct RenderStage {
 // them: the studio, backs of faces and a shared exposure. It looks at the scene at rest, whatever
 // the time of the image, so that frames agree, also if other processes render them; a scene that
 // animations change needs a World at rest for that. Only an ImageSettings::own_camera looks at the
-// scene at the time of the first image, unless emission alone lights it.
+// scene at the time of the first image, unless emission alone lights it. With
+// RenderScene::keeps_decisions, earlier decisions hold for all views.
 [[nodiscard]] Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image,
                                               bool more, const CancelToken* cancel, ProgressListener& listener);
 

@@ -7,13 +7,16 @@
 #include "renderer/facade/render_scene.h"
 #include "renderer/facade/render_stage.h"
 #include "renderer/image/input_files.h"
+#include "renderer/integrator/find_focus.h"
 #include "renderer/session/image_metadata.h"
 #include "renderer/session/render_identity.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <utility>
 
 namespace kindling {
@@ -51,9 +54,14 @@ std::vector<std::filesystem::path> inputs_of(const RenderScene& scene) {
 } // namespace
 
 struct Renderer::Impl {
+  explicit Impl(std::unique_ptr<RenderScene> loaded) : scene(std::move(loaded)) {}
+
   std::unique_ptr<RenderScene> scene;
   std::vector<std::string> cameras;
   bool failed = false; // in a build, which consumed the scene
+  // Held by render() while it changes the World and the stage, and by pick().
+  mutable std::shared_mutex stage_mutex;
+  std::optional<RenderStage> stage; // of the last image
 };
 
 Renderer::Renderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
@@ -72,13 +80,13 @@ Result<Renderer> Renderer::load(const std::filesystem::path& file, const WorldSe
   RunListener listener(run);
   Result<std::unique_ptr<RenderScene>> scene = load_render_scene(file, settings, &listener);
   if (!scene.ok()) return scene.error();
-  return Renderer(std::make_unique<Impl>(Impl{std::move(scene).value()}));
+  return Renderer(std::make_unique<Impl>(std::move(scene).value()));
 }
 
 Result<Renderer> Renderer::take(Scene scene, const WorldSettings& settings) {
   Result<std::unique_ptr<RenderScene>> taken = take_render_scene(std::move(scene), settings);
   if (!taken.ok()) return taken.error();
-  return Renderer(std::make_unique<Impl>(Impl{std::move(taken).value()}));
+  return Renderer(std::make_unique<Impl>(std::move(taken).value()));
 }
 
 Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOptions& run) {
@@ -103,6 +111,9 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   }
 
   // --- pose, identity, World ---------------------------------------------------------------------
+  std::unique_lock changing(impl_->stage_mutex);
+  impl_->stage.reset();
+  scene.keeps_decisions = run.keep_decisions;
   Result<PosedImage> posed = pose_image(scene, image);
   if (!posed.ok()) return posed.error();
   RenderSettings settings = to_render_settings(image, posed.value().size_px);
@@ -115,7 +126,8 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     impl_->failed = built.error().kind == ErrorKind::render_failed;
     return built.error();
   }
-  const RenderStage& stage = built.value();
+  const RenderStage& stage = impl_->stage.emplace(std::move(built).value());
+  changing.unlock();
 
   MetadataFacts facts;
   facts.scene_file = scene.source;
@@ -167,6 +179,32 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   return RenderedImage{
       std::move(outcome.film), std::move(outcome.statistics), outcome.interrupted, stage.placed_camera, metadata(),
       inputs_of(scene)};
+}
+
+DecidedSettings Renderer::decided() const {
+  DecidedSettings decided;
+  if (const std::optional<ViewDecisions>& decisions = impl_->scene->decisions) {
+    if (decisions->backs) decided.backfaces = decisions->backs->in_the_way() ? Backfaces::cull : Backfaces::show;
+    if (decisions->light) decided.studio = decisions->light->studio ? Studio::on : Studio::off;
+  }
+  return decided;
+}
+
+const Scene& Renderer::scene() const { return impl_->scene->scene; }
+
+std::vector<std::filesystem::path> Renderer::inputs() const { return inputs_of(*impl_->scene); }
+
+std::optional<PickedSurface> Renderer::pick(const V2f& position) const {
+  const std::shared_lock using_stage(impl_->stage_mutex, std::try_to_lock);
+  if (!using_stage.owns_lock() || !impl_->stage) return std::nullopt;
+  const RenderStage& stage = *impl_->stage;
+  const std::optional<FoundSurface> found = find_surface(*stage.world, *stage.camera, position * V2f(stage.size_px));
+  if (!found) return std::nullopt;
+  PickedSurface picked{{}, stage.world->material_name(found->surface.material), found->depth_m, found->surface};
+  const std::vector<Node>& nodes = impl_->scene->scene.nodes;
+  if (const int node = stage.world->node_of(found->hit); node >= 0 && static_cast<size_t>(node) < nodes.size())
+    picked.node = nodes[static_cast<size_t>(node)].name;
+  return picked;
 }
 
 std::vector<std::string> Renderer::cameras() const { return impl_->cameras; }

@@ -11,11 +11,13 @@
 #include "renderer/session/checkpoint.h"
 #include "renderer/session/image_settings.h"
 #include "renderer/session/render_session.h"
+#include "renderer/world/surface_point.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +33,12 @@ struct RunOptions {
   const CancelToken* cancel = nullptr; // ends render(); may be set from any thread and from the functions below
   std::function<void(const ProgressSnapshot&)> on_progress;
   std::function<void(std::string_view)> on_warning; // a sentence about something skipped or replaced
-  std::function<void(const Film&)> on_pass;         // the film after each pass over the image, valid during the call
+  // The film after each pass over the image, valid during the call; see
+  // RenderContinuity::after_pass.
+  std::function<void(const Film&)> on_pass;
+  // Does not decide again on the studio and backs of faces, for a camera that moves: what the last
+  // image decided holds. The image is that of the settings that Renderer::decided() returns.
+  bool keep_decisions = false;
 };
 
 // An image of a film. All pixels are those of the crop window, rows from the top.
@@ -49,6 +56,21 @@ struct RenderedImage {
   // for the name of an input.
   [[nodiscard]] Result<void> write(const std::filesystem::path& file, const WriteOptions& options = {},
                                    const DisplayOptions& display = {}) const;
+};
+
+// The decisions that `auto` stands for: with these settings in its place, any view of the scene
+// gets the same World.
+struct DecidedSettings {
+  Backfaces backfaces = Backfaces::automatic; // automatic: nothing was to be decided
+  Studio studio = Studio::automatic;          // likewise
+};
+
+// A surface that is visible in an image.
+struct PickedSurface {
+  std::string node;     // name of the node whose mesh it is; empty if it has none
+  std::string material; // name of the material
+  float depth_m = 0.0f; // along the camera's axis
+  SurfacePoint surface;
 };
 
 // A scene and its World. The World is built by the first render() and kept: a render that changes
@@ -79,6 +101,17 @@ class Renderer {
   [[nodiscard]] std::vector<std::string> cameras() const;
   // Returns the bounds of the World of the last render; empty before the first.
   [[nodiscard]] Box3f bounds() const;
+  // Returns the decisions for the last image.
+  [[nodiscard]] DecidedSettings decided() const;
+  // Returns the scene. It is posed for the last image, and its static meshes are consumed.
+  [[nodiscard]] const Scene& scene() const;
+  // Returns the files that the scene and its environment were read from.
+  [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
+
+  // Returns the surface that the last image, or the one being rendered, shows at this position:
+  // fractions of its width and height from the upper left corner. Nothing where none is visible,
+  // and while a World is built. May be called from any thread at any time.
+  [[nodiscard]] std::optional<PickedSurface> pick(const V2f& position) const;
 
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

@@ -15,6 +15,29 @@
 
 namespace kindling {
 
+std::vector<std::string> channel_names(Aov aov) {
+  const std::string name(aov_info(aov).name);
+  switch (aov) {
+  case Aov::beauty: return {"R", "G", "B"};
+  case Aov::alpha: return {"A"};
+  case Aov::depth: return {"Z"};
+  case Aov::normal:
+  case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
+  default:
+    if (aov_info(aov).channels == 1) return {name};
+    return {name + ".R", name + ".G", name + ".B"};
+  }
+}
+
+std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view) {
+  for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
+    const float alpha = rgba[i + 3];
+    for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
+  }
+  view.apply(rgba);
+  return rgba;
+}
+
 namespace {
 
 enum class OutputFormat { unsupported, exr, png, jpeg };
@@ -37,21 +60,6 @@ OutputFormat output_format(const std::filesystem::path& path) {
 }
 
 constexpr float kLargestHalf = 65504.0f;
-
-// Returns conventional channel names: Z for depth, LAYER.R/G/B for colors, LAYER.X/Y/Z for vectors.
-std::vector<std::string> channel_names(Aov aov) {
-  const std::string name(aov_info(aov).name);
-  switch (aov) {
-  case Aov::beauty: return {"R", "G", "B"};
-  case Aov::alpha: return {"A"};
-  case Aov::depth: return {"Z"};
-  case Aov::normal:
-  case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
-  default:
-    if (aov_info(aov).channels == 1) return {name};
-    return {name + ".R", name + ".G", name + ".B"};
-  }
-}
 
 std::vector<float> rgba_of(const Film& film, const WriteOptions& options) {
   return options.denoised.empty() ? film.resolve_rgba()
@@ -93,16 +101,6 @@ std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const 
   for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
   text["kindling:view"] = view.view();
   return text;
-}
-
-// Returns straight alpha, through the view.
-std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view) {
-  for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
-    const float alpha = rgba[i + 3];
-    for (size_t c = 0; c < 3; ++c) rgba[i + c] = alpha > 0.0f ? rgba[i + c] / alpha : 0.0f;
-  }
-  view.apply(rgba);
-  return rgba;
 }
 
 // Returns premultiplied pixels over black, through the view.

@@ -58,6 +58,14 @@ struct WriteOptions {
 [[nodiscard]] std::vector<uint8_t> display_rgb8(const Film& film, const DisplayTransform& view,
                                                 const WriteOptions& options);
 
+// Returns display values with straight alpha, as PNG files have them before they are quantized, of
+// interleaved premultiplied RGBA as Film::resolve_rgba() returns.
+[[nodiscard]] std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view);
+
+// Returns the names of an AOV's channels in EXR files: Z for depth, LAYER.R, .G, .B for colors,
+// LAYER.X, .Y, .Z for vectors.
+[[nodiscard]] std::vector<std::string> channel_names(Aov aov);
+
 // Returns the error message if write_film() would reject the file name, else an empty string.
 // Intended for checks before a long render.
 [[nodiscard]] std::string unsupported_output(const std::filesystem::path& path);

@@ -46,6 +46,10 @@ struct ExrImage {
 [[nodiscard]] Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float> rgb, const V2i& size_px,
                                       int quality, const std::map<std::string, std::string>& text = {});
 
+// Returns the bytes of the file that write_jpeg() writes.
+[[nodiscard]] Result<std::string> encode_jpeg(std::span<const float> rgb, const V2i& size_px, int quality,
+                                              const std::map<std::string, std::string>& text = {});
+
 // Returns values of [0, 1] as integers to 255, rounded and clamped as in an 8-bit PNG; NaN
 // becomes 0.
 [[nodiscard]] std::vector<uint8_t> quantize_8bit(std::span<const float> values);

@@ -94,10 +94,10 @@ bool encode(JpegWriteErrors& errors, JpegBytes& bytes, const float* rgb, const V
 
 } // namespace
 
-Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float> rgb, const V2i& size_px, int quality,
-                        const std::map<std::string, std::string>& text) {
-  const auto failed = [&](const std::string& why) {
-    return Error{ErrorKind::input_output, path.string() + ": cannot write JPEG: " + image_detail::first_line(why)};
+Result<std::string> encode_jpeg(std::span<const float> rgb, const V2i& size_px, int quality,
+                                const std::map<std::string, std::string>& text) {
+  const auto failed = [](const std::string& why) {
+    return Error{ErrorKind::input_output, "cannot write JPEG: " + image_detail::first_line(why)};
   };
   if (quality < 1 || quality > 100) return failed(fmt::format("quality {}; use 1 to 100", quality));
   if (size_px.x < 1 || size_px.y < 1 || size_px.x > kMaxSide || size_px.y > kMaxSide)
@@ -113,12 +113,24 @@ Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float
     JpegBytes bytes;
     if (!encode(errors, bytes, rgb.data(), size_px, quality, comments.data(), comments.size(), row.data()))
       return failed(errors.message);
-    Result<AtomicFile> file = AtomicFile::create(path);
-    if (!file) return file.error();
-    file.value().write(bytes.data, bytes.size);
-    return file.value().commit();
+    return std::string(reinterpret_cast<const char*>(bytes.data), bytes.size);
   } catch (const std::exception& e) {
     return failed(e.what());
+  }
+}
+
+Result<void> write_jpeg(const std::filesystem::path& path, std::span<const float> rgb, const V2i& size_px, int quality,
+                        const std::map<std::string, std::string>& text) {
+  const auto in_file = [&](const Error& error) { return Error{error.kind, path.string() + ": " + error.message}; };
+  const Result<std::string> bytes = encode_jpeg(rgb, size_px, quality, text);
+  if (!bytes.ok()) return in_file(bytes.error());
+  try {
+    Result<AtomicFile> file = AtomicFile::create(path);
+    if (!file) return file.error();
+    file.value().write(bytes.value().data(), bytes.value().size());
+    return file.value().commit();
+  } catch (const std::exception& e) {
+    return in_file({ErrorKind::input_output, "cannot write JPEG: " + image_detail::first_line(e.what())});
   }
 }
 

@@ -26,7 +26,9 @@ RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integra
       work_before_(state.work), adaptive_sampling_(state.coverage.area(), settings.adaptive, state.adaptive),
       workers_(static_cast<size_t>(threads)) {
   find_levels();
-  queue_.emplace(make_lanes(), workers_.size(), [this] { return plan_pass(); });
+  queue_.emplace(
+      make_lanes(), workers_.size(), [this] { return plan_pass(); },
+      continuity_.after_pass ? TileQueue::PassEnd::pauses : TileQueue::PassEnd::continues);
 }
 
 // Finds the minimum and the maximum sample count of the blocks.
@@ -138,10 +140,7 @@ void RenderLoop::work(size_t thread) {
       }
       double none = 0.0;
       if (samples_before_ == 0) first_pass_s_.compare_exchange_strong(none, elapsed_s());
-      if (continuity_.after_pass) {
-        pass_finished_ = true;
-        queue_->pause();
-      }
+      if (continuity_.after_pass) pass_finished_ = true;
       progress_.pass_done(samples_before_ + left.samples, converged_share(), rays_);
     } else {
       progress_.tile_done(samples_before_ + left.samples, converged_share(), rays_);

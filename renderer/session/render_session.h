@@ -109,8 +109,9 @@ struct RenderContinuity {
   // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted
   // or not, if samples were added since the last call. May be null.
   std::function<void(const RenderState&)> save;
-  // Called after each pass while no thread renders, so that the film may be read. Blocks may be
-  // ahead of the pass. May be null.
+  // Called after each pass while no thread renders, so that the film may be read. Passes do not
+  // overlap then: the film is that of a render of the number of samples reached, except while a
+  // resumed state has unequal counts. May be null.
   std::function<void(const RenderState&)> after_pass;
 };
 

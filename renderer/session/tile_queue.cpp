@@ -10,8 +10,8 @@
 namespace kindling {
 
 TileQueue::TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads,
-                     std::function<std::optional<SampleRange>()> plan)
-    : visits_(std::make_unique<Visit[]>(threads)), visit_count_(threads), plan_(std::move(plan)) {
+                     std::function<std::optional<SampleRange>()> plan, PassEnd pass_end)
+    : visits_(std::make_unique<Visit[]>(threads)), visit_count_(threads), plan_(std::move(plan)), pass_end_(pass_end) {
   for (std::vector<PixelRect>& tiles : lanes) {
     Lane& lane = lanes_.emplace_back();
     lane.tiles = std::move(tiles);
@@ -38,7 +38,7 @@ TileQueue::Visit* TileQueue::take(size_t lane_index) {
 bool TileQueue::may_start(uint64_t number) {
   if (number < opened_) return true;
   assert(number == opened_);
-  if (closed_ || opened_ - finished_ == kOpenPasses) return false;
+  if (closed_ || opened_ - finished_ == (pass_end_ == PassEnd::pauses ? 1 : kOpenPasses)) return false;
   const std::optional<SampleRange> samples = plan_();
   if (!samples) {
     closed_ = true;
@@ -124,6 +124,7 @@ void TileQueue::finish(const Visit& visit, Left& left) {
   for (; finished_ < opened_ && pass(finished_).remaining == 0; ++finished_) {
     left.finished_pass = pass(finished_).samples;
     finished_samples_ += left.finished_pass->count();
+    if (pass_end_ == PassEnd::pauses) paused_ = true;
   }
 }
 

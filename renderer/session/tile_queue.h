@@ -27,6 +27,10 @@ class TileQueue {
  public:
   static constexpr uint64_t kOpenPasses = 2;
 
+  // The threads at the end of a pass: they continue with the next one, or one pass is open at a
+  // time and its end pauses, so that no block is ahead.
+  enum class PassEnd { continues, pauses };
+
   // A tile in work. Each of its blocks goes to one of the threads that work on it.
   struct alignas(64) Visit {
     PixelRect tile;
@@ -50,8 +54,8 @@ class TileQueue {
   // `lanes`: tiles by lane; a thread takes tiles of its own lane only. plan() returns the samples
   // of the next pass, in order; empty ends the render after the open passes. It is called by one
   // thread at a time.
-  TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads,
-            std::function<std::optional<SampleRange>()> plan);
+  TileQueue(std::vector<std::vector<PixelRect>> lanes, size_t threads, std::function<std::optional<SampleRange>()> plan,
+            PassEnd pass_end = PassEnd::continues);
 
   // Returns a tile to work on until leave(), after waiting for one if necessary. Null if paused or
   // finished.
@@ -99,6 +103,7 @@ class TileQueue {
   std::unique_ptr<Visit[]> visits_; // one for each thread
   size_t visit_count_;
   std::function<std::optional<SampleRange>()> plan_;
+  PassEnd pass_end_;
   std::array<Pass, kOpenPasses> passes_{};
   uint64_t opened_ = 0;   // passes
   uint64_t finished_ = 0; // passes

@@ -150,12 +150,13 @@ class WorldBuilder {
           {geometry.positions, geometry.indices, world_->covers[accel_meshes_.size()] != 0, geometry.later_positions});
     mark_persistent({world_->geometries_, prepared.nodes, instances_, groups_}, changes,
                     min_persistent_triangles(options_.min_persistent_triangles, options_.image_samples), accel_meshes_);
+    world_->baked_nodes_ = std::move(prepared.nodes);
+    world_->instance_nodes_ = std::move(prepared.instance_nodes);
     for (const WorldInstance& instance : instances_) world_->has_motion |= instance.moving;
     for (const PosedLight& light : posed_.lights) world_->has_motion |= !light.later_transforms.empty();
   }
 
-  // --- Lights
-  // -------------------------------------------------------------------------------------
+  // --- Lights ---
 
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
@@ -325,8 +326,7 @@ class WorldBuilder {
     world_->lights = *world_->light_set_;
   }
 
-  // --- Accelerator
-  // --------------------------------------------------------------------------------
+  // --- Accelerator ---
 
   [[nodiscard]] bool build_accelerator() {
     world_->abandon_ = options_.abandon;

@@ -219,6 +219,7 @@ class GeometryPreparation {
 
   void add_instance(uint32_t group, const PosedMesh& posed) {
     WorldInstance& instance = out_.instances.emplace_back();
+    out_.instance_nodes.push_back(posed.node);
     instance.group = group;
     instance.object_to_world = posed.mesh_to_world;
     instance.first_mesh = out_.groups[group].first_mesh;

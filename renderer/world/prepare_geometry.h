@@ -17,6 +17,7 @@ struct PreparedGeometry {
   std::vector<Geometry> geometries; // one per accelerator mesh, baked ones first
   std::vector<int> nodes;           // nodes of the baked ones
   std::vector<WorldInstance> instances;
+  std::vector<int> instance_nodes; // kNone for that of the baked ones
   std::vector<accel::MeshGroup> groups;
   std::vector<std::vector<M44f>> motions; // by accel::Instance::motion: the matrices of all keys
   Box3f bounds;                           // of the world, over the shutter; empty without geometry

@@ -69,6 +69,10 @@ class World : public WorldView {
   [[nodiscard]] bool lit_by_emission_alone() const { return lit_by_emission_alone_; }
 
   [[nodiscard]] const std::string& material_name(uint32_t material) const { return material_names_[material]; }
+  // Returns the index in Scene::nodes of the node whose mesh was hit.
+  [[nodiscard]] int node_of(const accel::Hit& hit) const {
+    return hit.mesh < baked_nodes_.size() ? baked_nodes_[hit.mesh] : instance_nodes_[hit.instance];
+  }
   [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
 
  private:
@@ -91,6 +95,8 @@ class World : public WorldView {
   const std::atomic<bool>* abandon_ = nullptr;
   bool lit_by_emission_alone_ = false;
   std::vector<std::string> material_names_;
+  std::vector<int> baked_nodes_;    // by geometry, of the first ones
+  std::vector<int> instance_nodes_; // by instance
   std::vector<accel::TriangleMesh> accel_meshes_;
   std::vector<accel::MeshGroup> accel_groups_;
   WorldStatistics statistics_;

@@ -169,6 +169,8 @@ TEST_F(RendererTest, FilmRefinesPassByPass) {
   std::vector<uint8_t> display;
   const RenderedImage rendered = render(renderer, image, {.threads = 2, .on_pass = [&](const Film& film) {
                                                             samples.push_back(film.total_samples());
+                                                            const std::vector<float> each = film.resolve(Aov::samples);
+                                                            EXPECT_EQ(each, std::vector<float>(each.size(), each[0]));
                                                             display = display_rgba8(film, view.value());
                                                           }});
   ASSERT_GE(samples.size(), 3U);

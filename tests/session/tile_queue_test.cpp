@@ -104,6 +104,37 @@ TEST(TileQueue, ThreadsShareTheLastTiles) {
   EXPECT_EQ(queue.live_tiles(), 0U);
 }
 
+// A pass ends for all threads before a block of the next one is handed out.
+TEST(TileQueue, PausesAfterEachPass) {
+  uint32_t opened = 0;
+  const auto lanes = lanes_of(1, 8);
+  TileQueue queue(lanes, 3, one_by_one(opened), TileQueue::PassEnd::pauses);
+  const auto blocks = static_cast<int>(lanes.front().size());
+  for (uint32_t pass = 0; pass < kPasses; ++pass) {
+    std::atomic<int> handed_out{0}, of_other_passes{0}, finished{0};
+    run_workers(
+        3,
+        [&](size_t) {
+          while (TileQueue::Visit* visit = queue.take(0)) {
+            if (visit->samples.first != pass) ++of_other_passes;
+            while (queue.next_block(*visit)) {
+              ++handed_out;
+              if (pass + 1 < kPasses) ++visit->unfinished;
+            }
+            if (queue.leave(*visit).finished_pass) ++finished;
+          }
+        },
+        [&] { queue.pause(); });
+    EXPECT_EQ(handed_out, blocks) << pass;
+    EXPECT_EQ(of_other_passes, 0) << pass;
+    EXPECT_EQ(finished, 1) << pass;
+    EXPECT_TRUE(queue.paused());
+    queue.resume();
+  }
+  EXPECT_EQ(queue.live_tiles(), 0U);
+  EXPECT_EQ(queue.take(0), nullptr);
+}
+
 // A lane that is finished early does not run ahead.
 TEST(TileQueue, OpensAtMostTwoPasses) {
   uint32_t opened = 0;
