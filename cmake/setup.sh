@@ -14,6 +14,8 @@ kindling_packages=(
   libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev libjpeg-dev libpng-dev libwebp-dev libzstd-dev zlib1g-dev
   # glTF and its compressions
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev
+  # the server of kindling view
+  libcpp-httplib-dev
   # command line and messages
   libcli11-dev libspdlog-dev libfmt-dev
   # tests and benchmarks

@@ -16,6 +16,7 @@
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/signals.h"
 #include "renderer/app/terminal/thread_stack.h"
+#include "renderer/app/view/command_view.h"
 
 #include <fmt/format.h>
 
@@ -39,6 +40,8 @@ ConsoleSettings console_settings(const CommandLine& line) {
     return {denoise->image.quiet, denoise->image.verbose, false};
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return {scaling->image.quiet, scaling->image.verbose, false};
+  if (const auto* live = std::get_if<LiveOptions>(&line.command))
+    return {live->image.quiet, live->image.verbose, false};
   return {};
 }
 
@@ -53,6 +56,7 @@ Result<int> run_command(const CommandLine& line, Console& console) {
     return run_denoise(*denoise, line.text, console);
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return run_scaling(*scaling, line.text, console);
+  if (const auto* live = std::get_if<LiveOptions>(&line.command)) return run_view(*live, console);
   const Result<void> printed = print(std::get<PrintText>(line.command).text);
   return printed.ok() ? Result<int>(kExitOk) : printed.error();
 }

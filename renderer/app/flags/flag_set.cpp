@@ -120,6 +120,30 @@ bool FlagSet::given(const std::string& name) const {
   return option != nullptr && option->count() > 0;
 }
 
+std::vector<std::string> FlagSet::given_words(const std::vector<std::string>& except) const {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : app_->get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string name = "--" + option->get_lnames().front();
+    if (std::find(except.begin(), except.end(), name) != except.end()) continue;
+    if (option->get_items_expected_max() == 0) { // takes no value
+      words.push_back(name);
+      continue;
+    }
+    const bool adds_up = option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+    const std::vector<std::string>& values = option->results();
+    for (size_t i = adds_up ? 0 : values.size() - 1; i < values.size(); ++i) {
+      if (values[i].starts_with('-')) { // which would be read as a flag
+        words.push_back(name + "=" + values[i]);
+        continue;
+      }
+      words.push_back(name);
+      words.push_back(values[i]);
+    }
+  }
+  return words;
+}
+
 void FlagSet::operand(const std::string& name, std::string& word) { app_->add_option(name, word); }
 void FlagSet::operand(const std::string& name, std::vector<std::string>& words) { app_->add_option(name, words); }
 

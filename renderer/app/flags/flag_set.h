@@ -52,6 +52,10 @@ class FlagSet {
   // True if the flag was given; false if it is not declared.
   [[nodiscard]] bool given(const std::string& name) const;
 
+  // After parse(): the flags that were given, except for these long names, as words that give the
+  // same options: "--env", "sky.hdr".
+  [[nodiscard]] std::vector<std::string> given_words(const std::vector<std::string>& except) const;
+
   // Declares the operand of the command: one word, or several.
   void operand(const std::string& name, std::string& word);
   void operand(const std::string& name, std::vector<std::string>& words);

@@ -29,6 +29,7 @@ constexpr std::string_view kHelp =
 Usage:
   kindling render SCENE [-o FILE]... [flags]   render a .gltf or .glb file to PNG and EXR
   kindling resume FILE.kacc [flags]            resume an interrupted render, or add samples to one
+  kindling view SCENE [flags]                  render a scene in a browser, as camera and settings change
   kindling merge PART... -o FILE [flags]       add up parts that were rendered separately
   kindling denoise FILE -o FILE [flags]        denoise an .exr image or a .kacc file
   kindling info SCENE [flags]                  print the contents of a scene
@@ -168,6 +169,18 @@ struct Command<ScalingOptions> {
   }
 };
 
+template <>
+struct Command<LiveOptions> {
+  static constexpr std::string_view kName = "view";
+  static constexpr const char* kDescription = "Renders a glTF scene in a browser, as camera and settings change.";
+  static constexpr const char* kOperand = "SCENE";
+  static constexpr const char* kUsage = "SCENE [flags]";
+  static constexpr const char* kOperandHelp = kSceneHelp;
+  static std::filesystem::path& operand(LiveOptions& options) { return options.image.scene_file; }
+  static void add_flags(FlagSet& flags, LiveOptions& options) { add_view_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, LiveOptions& options) { return check_view_flags(flags, options); }
+};
+
 // Returns a set with the flags of one command, which parse into `options`.
 template <typename Options>
 FlagSet declare_flags(Options& options) {
@@ -233,7 +246,7 @@ struct CommandList {
 };
 
 using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
-                             DenoiseOptions>;
+                             DenoiseOptions, LiveOptions>;
 
 // The command with several actions, which has a parser of its own.
 constexpr std::string_view kFarm = "farm";

@@ -135,4 +135,13 @@ struct ScalingOptions {
   std::filesystem::path svg_file;
 };
 
+// Options of `kindling view`.
+struct LiveOptions {
+  RenderOptions image; // uses the settings of scene and image, its view and exposure, --quiet and --verbose
+  std::string listen = "127.0.0.1";
+  std::optional<int> port;            // 0: any free one; unset: kDefaultViewPort, or any free one if that is taken
+  std::vector<std::string> passed_on; // flags that the page does not change, for its command lines
+};
+inline constexpr int kDefaultViewPort = 8600;
+
 } // namespace kindling::app
