@@ -17,7 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMinSide = 16, kMaxSide = 4096;
-constexpr uint32_t kMaxSpp = 65536;
 constexpr double kMaxCoordinate = 1e9; // meters
 constexpr size_t kMaxName = 256;
 
@@ -114,8 +113,8 @@ Result<void> set_member(const std::string& member, const json& value, ViewState&
   if (member == "time") return set_number(value, member, -1e6, 1e6, state.time_s);
   if (member == "size") return set_size(value, state.size_px);
   if (member == "spp") {
-    const std::optional<double> spp = number_in(value, 1, kMaxSpp);
-    if (!spp) return wrong(member, fmt::format("a number from 1 to {}", kMaxSpp));
+    const std::optional<double> spp = number_in(value, 1, kMaxViewSpp);
+    if (!spp) return wrong(member, fmt::format("a number from 1 to {}", kMaxViewSpp));
     state.spp = static_cast<uint32_t>(*spp);
     return {};
   }

@@ -13,6 +13,8 @@
 
 namespace kindling {
 
+inline constexpr uint32_t kMaxViewSpp = 65536;
+
 // Settings of a view at its start, by the command line. Those that ViewState has are its defaults.
 struct ViewOptions {
   WorldSettings world;

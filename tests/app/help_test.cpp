@@ -100,7 +100,7 @@ TEST(Help, EveryValueHasADefault) {
       "--force", "--follow-links",    "--outlines",    "--quiet",         "--verbose",         "--help",
       "--pixel", "--list-cameras",    "--list-scenes", "--list-variants", "--list-extensions", "--extension-table",
       "--json",  "--no-embree-calls", "--quick",       "--strict"};
-  for (const char* command : {"render", "info", "shootout", "scaling", "resume"}) {
+  for (const char* command : {"render", "info", "shootout", "scaling", "resume", "view"}) {
     for (const auto& [flag, help] : help_of({command})) {
       EXPECT_NE(help.description, "") << command << " " << flag;
       if (kWithout.contains(flag)) continue;

@@ -32,9 +32,11 @@ def measure(driver, program, scene, options):
         browser.wait("window.first_image ?? (document.querySelector('#samples').textContent && (window.first_image = performance.now()))")
         first = browser.script("return performance.getEntriesByName('first-image')[0]?.startTime ?? window.first_image")
         width, height = options.size.split("x")
+        time.sleep(1.0)  # the page has asked for the size of its window
         browser.script("const s = document.querySelector('#size'); s.add(new Option(arguments[0], arguments[0])); s.value = arguments[0];"
                        "s.dispatchEvent(new Event('change'))", options.size)
-        browser.wait(f"document.querySelector('#size-value').textContent === '{width} × {height}'", seconds=120)
+        browser.wait(f"document.querySelector('#size-value').textContent === '{width} × {height}' && "
+                     "/rendering|complete/.test(document.querySelector('#connection').dataset.state)", seconds=120)
         browser.script(LISTEN)
         delays = []
         for _ in range(options.inputs):

@@ -108,6 +108,7 @@ class Browser:
             time.sleep(0.03)
 
     def click(self, selector):
+        self.script("document.querySelector(arguments[0]).scrollIntoView({ block: 'center' })", selector)
         element = self.call("POST", "/element", {"using": "css selector", "value": selector})
         self.call("POST", f"/element/{element[ELEMENT]}/click")
 

@@ -6,6 +6,7 @@
 #include "renderer/app/options/options.h"
 #include "renderer/app/text/parse_values.h"
 #include "renderer/view/command_words.h"
+#include "renderer/view/view_state.h"
 
 #include <fmt/format.h>
 
@@ -14,11 +15,9 @@ namespace kindling::app {
 namespace {
 
 // Flags of render that change pixels and that a page can do with.
-const std::vector<std::string> kLiveFlags{"--size",
-                                          "--view",
+const std::vector<std::string> kLiveFlags{"--view",
                                           "--exposure",
                                           "--ocio",
-                                          "--spp",
                                           "--seed",
                                           "--sampler",
                                           "--filter",
@@ -87,6 +86,13 @@ void add_view_flags(FlagSet& flags, LiveOptions& o) {
       "--port", "N",
       fmt::format("Port to listen on, 0: any free one [{}, or any free one if that is taken]", kDefaultViewPort),
       [&o](auto text) { return store(parse_integer(text, 0, 65535), o.port); });
+  flags.group("Image");
+  flags.value("--size", "WxH", "Image size in pixels [that of the page]",
+              [&o](auto text) { return store(parse_size(text), o.image.size_px); });
+  flags.value(
+      "--spp", "N",
+      fmt::format("Samples per pixel with which an image is complete, at most {} [{}]", kMaxViewSpp, ViewState().spp),
+      [&o](auto text) { return store(parse_integer(text, 1, kMaxViewSpp), o.image.spp); });
   flags.only(kLiveFlags);
   add_render_flags(flags, o.image);
   flags.only({});

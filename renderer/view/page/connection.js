@@ -19,8 +19,10 @@ export class Connection {
 
   async run() {
     for (let wait = 250; ;) {
+      this.poll = new AbortController();
+      const signal = AbortSignal.any([this.poll.signal, AbortSignal.timeout(TIMEOUT_MS)]);
       try {
-        const response = await fetch(`frame?after=${this.version}&image=${this.image}`, { signal: AbortSignal.timeout(TIMEOUT_MS) });
+        const response = await fetch(`frame?after=${this.version}&image=${this.image}`, { signal });
         if (response.status === 403 || response.status === 421) return this.onState("refused");
         if (!response.ok) throw new Error(response.statusText);
         this.onState("connected");
@@ -60,7 +62,7 @@ export class Connection {
         const response = await fetch("change", { method: "POST", headers: { "Content-Type": "application/json" }, body });
         if (!response.ok) this.onError((await response.json()).error);
       } catch {
-        this.onState("lost"); // the change is lost, too: frames show what holds
+        this.poll?.abort(); // the change is lost: the next frame shows what holds
       }
       this.lastSent = performance.now();
     }

@@ -17,7 +17,10 @@ let moving = 0;        // when the camera was moved last
 
 const connection = new Connection({
   onFrame: show,
-  onState: (state) => status(state),
+  onState: (state) => {
+    if (state === "lost") panel.touched.clear(); // inputs follow the server again
+    status(state);
+  },
   onError: (message) => { $("error").textContent = message; },
 });
 
