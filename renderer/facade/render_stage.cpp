@@ -337,8 +337,9 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
 
   const WorldStatistics& statistics = stage.world->statistics();
   listener.on_info(fmt::format(
-      "{}: {} triangles, {} instances, built in {:.3f} s", accel::kind_description(scene.settings.accelerator),
-      statistics.accelerator.triangle_count, statistics.accelerator.instance_count, statistics.accelerator.build_s));
+      "{} ({}): {} triangles, {} instances, built in {:.3f} s", accel::kind_description(scene.settings.accelerator),
+      accel::simd_target_name(statistics.accelerator.simd), statistics.accelerator.triangle_count,
+      statistics.accelerator.instance_count, statistics.accelerator.build_s));
   return stage;
 }
 

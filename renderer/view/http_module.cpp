@@ -12,6 +12,7 @@
 #include <cstring>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -20,28 +21,21 @@ namespace kindling {
 
 namespace {
 
+// The result of httplib's queues: nothing in older versions, later whether there was room.
+using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue({}));
+
 // A thread for each connection. Those beyond the limit are refused on the thread that accepts.
 class ConnectionThreads final : public httplib::TaskQueue {
  public:
   ConnectionThreads(size_t limit, std::atomic<bool>& refuses) : limit_(limit), refuses_(refuses) {}
 
-  void enqueue(std::function<void()> connection) override {
-    {
-      const std::lock_guard lock(mutex_);
-      if (running_ < limit_) {
-        ++running_;
-        std::thread([this, connection = std::move(connection)] {
-          connection();
-          const std::lock_guard ending(mutex_);
-          --running_;
-          ended_.notify_all();
-        }).detach();
-        return;
-      }
+  Enqueued enqueue(std::function<void()> connection) override {
+    if (!start(connection)) {
+      refuses_ = true;
+      connection();
+      refuses_ = false;
     }
-    refuses_ = true;
-    connection();
-    refuses_ = false;
+    return static_cast<Enqueued>(true);
   }
 
   void shutdown() override {
@@ -50,6 +44,20 @@ class ConnectionThreads final : public httplib::TaskQueue {
   }
 
  private:
+  // Returns false if there are too many connections.
+  bool start(const std::function<void()>& connection) {
+    const std::lock_guard lock(mutex_);
+    if (running_ >= limit_) return false;
+    ++running_;
+    std::thread([this, connection] {
+      connection();
+      const std::lock_guard ending(mutex_);
+      --running_;
+      ended_.notify_all();
+    }).detach();
+    return true;
+  }
+
   std::mutex mutex_;
   std::condition_variable ended_;
   size_t running_ = 0;
@@ -123,12 +131,20 @@ class HttplibServer final : public HttpServer, private httplib::Server {
       ClientStream stream(socket, limits_, stopping_);
       bool closed = false;
       while (!closed && !stopping_ && stream.wait_for_request()) {
-        if (!process_request(stream, false, closed, nullptr) || stream.refused()) break;
+        if (!answer(stream, closed) || stream.refused()) break;
       }
     }
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return true;
+  }
+
+  // Later versions of httplib take the addresses of both ends, which we do not use.
+  bool answer(auto& stream, bool& closed) {
+    if constexpr (requires { process_request(stream, false, closed, nullptr); })
+      return process_request(stream, false, closed, nullptr);
+    else
+      return process_request(stream, std::string(), 0, std::string(), 0, false, closed, nullptr);
   }
 
   HttpLimits limits_;
