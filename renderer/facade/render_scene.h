@@ -59,7 +59,7 @@ struct RenderScene {
   // decisions made with it. Unset: each own camera decides for itself.
   std::optional<PlacedCamera> path_start;
   std::optional<V3f> center;              // of the bounds at rest; for CameraTurn
-  bool keeps_decisions = false;                              // `decisions` hold for images with other views, too
+  bool keeps_decisions = false;           // `decisions` hold for images with other views, too
   bool shares_exposure = false;           // frames of an animation: ViewDecisions::exposure_stops is wanted
   std::optional<ViewDecisions> decisions; // of the last build_stage()
   double load_s = 0.0;
