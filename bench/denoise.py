@@ -30,6 +30,7 @@ import renderers
 
 REFERENCE_SEED = 1_000_003  # not among the measured seeds
 QUALITIES = ("fast", "best")
+GUIDES = {"followed": "denoising_albedo,denoising_normal", "first": "albedo,normal"}
 
 
 def parse_arguments(arguments=None):
@@ -41,6 +42,8 @@ def parse_arguments(arguments=None):
     parser.add_argument("--threads", type=int, default=2, help="of the renders and the filter (2)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here (else those of scenes.json)")
+    parser.add_argument("--guides", choices=GUIDES, default="followed",
+                        help="albedo and normal of what mirrors and clear glass show, or of the first surfaces (followed)")
     parser.add_argument("--flicker", type=int, default=0, metavar="FRAMES", help="also measure flicker, with this many frames (0)")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep images there; references that are there are used again")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures there")
@@ -83,7 +86,7 @@ def measure(job, kindling, options, folder):
     reference = read(reference_of(job, kindling, options, folder))
     rows = []
     for spp in options.spp:
-        run = renderers.run_kindling(kindling, job, spp, 1, folder / f"{job.name}.{spp}", ["--aov", "albedo,normal"])
+        run = renderers.run_kindling(kindling, job, spp, 1, folder / f"{job.name}.{spp}", ["--aov", GUIDES[options.guides]])
         images = {"noisy": (run.image, 0.0)}
         for quality in QUALITIES:
             images[quality] = denoise(kindling, run.image, quality, options.threads)
@@ -129,7 +132,7 @@ def flicker(job, kindling, spp, options, folder):
     """The mean standard deviation of a pixel over frames that differ in their seed, for each treatment."""
     frames = {name: [] for name in ("noisy", *QUALITIES)}
     for seed in range(2, 2 + options.flicker):
-        image = renderers.run_kindling(kindling, job, spp, seed, folder / f"{job.name}.{spp}.{seed}", ["--aov", "albedo,normal"]).image
+        image = renderers.run_kindling(kindling, job, spp, seed, folder / f"{job.name}.{spp}.{seed}", ["--aov", GUIDES[options.guides]]).image
         frames["noisy"].append(srgb(read(image)))
         for quality in QUALITIES:
             frames[quality].append(srgb(read(denoise(kindling, image, quality, options.threads)[0])))

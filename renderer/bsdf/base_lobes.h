@@ -29,6 +29,9 @@ class BaseLobes {
   [[nodiscard]] Eval eval(const V3f& wi) const;
   [[nodiscard]] V3f sample_glossy(const V2f& u) const { return lobe_.sample(u); }
 
+  // Returns the larger alpha of sample_glossy()'s microfacets; 0 for Lambert.
+  [[nodiscard]] float alpha() const { return has_microfacets_ ? lobe_.max_alpha() : 0.0f; }
+
   // Directional albedos from wo: of single scattering (sampled by sample_glossy()), and of the
   // cosine lobes above and below the surface.
   [[nodiscard]] const Rgb& glossy_albedo() const { return glossy_albedo_; }

@@ -51,6 +51,7 @@ class ClearcoatLobe {
   }
   // Returns the directional albedo over the coat's hemisphere.
   [[nodiscard]] float albedo() const { return albedo_; }
+  [[nodiscard]] float alpha() const { return roughness_ * roughness_; } // of the microfacets
 
  private:
   static constexpr float kF0 = 0.04f; // ior 1.5

@@ -6,6 +6,7 @@
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace kindling {
@@ -66,6 +67,7 @@ class DielectricLobe {
   [[nodiscard]] float compensation() const { return scale_; }
   // True if there are only delta directions.
   [[nodiscard]] bool is_delta() const { return smooth_; }
+  [[nodiscard]] float alpha() const { return std::max(alpha_x_, alpha_y_); } // of the microfacets, the larger one
   // Estimates of the directional albedos to each side, without straight_transmittance(). Exact for
   // smooth interfaces, and within the accuracy of the tables for rough ones seen from the thinner
   // side, or of the quadrature for anisotropic ones.

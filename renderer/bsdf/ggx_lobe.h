@@ -50,6 +50,8 @@ class GgxLobe {
     return {d * visibility * wi.z, d * pdf_factor_, 0.5f * std::sqrt(length2)};
   }
 
+  [[nodiscard]] float max_alpha() const { return alpha_x_ > alpha_y_ ? alpha_x_ : alpha_y_; }
+
   // Returns a unit direction, possibly below the horizon (the sample is then absorbed). Uniform on
   // a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023,
   // "Sampling Visible GGX Normals with Spherical Caps").

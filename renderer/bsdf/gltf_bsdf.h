@@ -67,6 +67,9 @@ class GltfBsdf {
   // Returns the probability with which sample() uses the visible normals; else it uses the cosine
   // lobe. 0: Lambert.
   [[nodiscard]] float glossy_probability() const { return glossy_probability_; }
+  // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
+  // `max_alpha` have.
+  [[nodiscard]] float smooth_share(float max_alpha) const { return alpha_ <= max_alpha ? glossy_probability_ : 0.0f; }
   [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
  private:

@@ -151,6 +151,14 @@ float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
   }
 }
 
+float LayeredBsdf::smooth_share(float max_alpha) const {
+  float share = 0.0f;
+  if (coat_ && coat_->alpha() <= max_alpha) share += choice_probability(kCoat);
+  if (glass_ && glass_->alpha() <= max_alpha) share += choice_probability(kGlass);
+  if (base_.alpha() <= max_alpha) share += choice_probability(kGlossy);
+  return share;
+}
+
 // Uses value and density of the sampled microfacet: more exact than eval() for narrow lobes.
 std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) const {
   const float probability = choice_probability(kGlass);

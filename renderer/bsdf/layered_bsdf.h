@@ -57,6 +57,9 @@ class LayeredBsdf {
   // Returns the solid-angle density, including the choice of the lobe; for the coat, the glass and
   // the glossy base.
   [[nodiscard]] float choice_density(Choice c, const V3f& wi) const;
+  // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
+  // `max_alpha` have.
+  [[nodiscard]] float smooth_share(float max_alpha) const;
   // Returns the single-scattering albedo of the glossy base, seen from wo.
   [[nodiscard]] Rgb glossy_albedo() const { return base_.glossy_albedo() * base_weight_; }
   [[nodiscard]] const std::optional<DielectricLobe>& glass() const { return glass_; }

@@ -36,6 +36,12 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->glossy_probability() : layered().cosine_begin();
   }
+  // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
+  // `max_alpha` have: what mirrors reflect and clear glass lets through.
+  [[nodiscard]] float smooth_share(float max_alpha) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->smooth_share(max_alpha) : layered().smooth_share(max_alpha);
+  }
   // Returns the alpha of all lobes except the cosine lobe if they are one microfacet lobe, else 0.
   [[nodiscard]] float alpha() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);

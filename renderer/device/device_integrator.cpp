@@ -16,7 +16,7 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
     : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {}
 
 std::unique_ptr<ThreadContext> DeviceIntegrator::make_context() const {
-  const bool with_surfaces = aovs_.needs_surface() || aovs_.needs_components();
+  const bool with_surfaces = aovs_.needs_film_surface();
   switch (settings_.kind) {
   case IntegratorKind::path: return std::make_unique<PathWaveRunner>(device_, world_, scene_.address(), with_surfaces);
   case IntegratorKind::whitted:

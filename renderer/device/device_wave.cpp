@@ -43,6 +43,7 @@ void DeviceWave::start(const Film& film, Wave& wave) {
   wave.film = {.sums = sums_.start(device_, pixel_count_),
                .moments = moments_.start(device_, aovs.contains(Aov::variance) ? pixel_count_ : 0),
                .surfaces = surface_sums_.start(device_, aovs.needs_surface() ? pixel_count_ : 0),
+               .guides = guides_.start(device_, aovs.needs_guides() ? pixel_count_ : 0),
                .components = components_.start(device_, aovs.needs_components() ? pixel_count_ : 0),
                .blocks = outlier_blocks_.start(
                    device_, film.trims_outliers() ? size_t{pixel_count_} * (kOutlierBlocks - 1) : 0)};
@@ -54,6 +55,7 @@ void DeviceWave::download_sums() {
   sums_.download();
   moments_.download();
   surface_sums_.download();
+  guides_.download();
   components_.download();
   outlier_blocks_.download();
   block_rays_.download();
@@ -68,8 +70,8 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
       return sums.here.empty() ? std::span(sums.here)
                                : std::span(sums.here).subspan(block.first_pixel * per_pixel, pixels * per_pixel);
     };
-    film.add(done.block, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(components_, 1),
-                                  part(outlier_blocks_, kOutlierBlocks - 1)});
+    film.add(done.block, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
+                                  part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
     const WaveRays<uint64_t>& rays = block_rays_.here[i];
     const uint64_t samples = pixels * block.samples;
     done.added += block.samples;

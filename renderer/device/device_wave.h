@@ -74,6 +74,7 @@ class DeviceWave : public ThreadContext {
   Sums<PixelSum> sums_;
   Sums<MomentSum> moments_;
   Sums<SurfaceSum> surface_sums_;
+  Sums<GuideSum> guides_;
   Sums<ComponentSum> components_;
   Sums<ColorSum> outlier_blocks_;
   Sums<WaveRays<uint64_t>> block_rays_;

@@ -8,12 +8,13 @@
 namespace kindling {
 
 uint64_t path_wave_bytes(uint32_t samples, AovSet aovs) {
-  const bool with_surfaces = aovs.needs_surface() || aovs.needs_components();
+  const bool with_surfaces = aovs.needs_film_surface();
   const uint64_t of_sample = sizeof(CameraSample) + (with_surfaces ? sizeof(FilmSurface) : 0) +
                              sizeof(WaveRays<uint32_t>) + sizeof(PathState) + sizeof(MediumStack) +
                              2 * sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t) + sizeof(ShadowRecord);
   const uint64_t of_pixel = sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
                             (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) +
+                            (aovs.needs_guides() ? sizeof(GuideSum) : 0) +
                             (aovs.needs_components() ? sizeof(ComponentSum) : 0);
   const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
   return samples * (of_sample + of_pixel + of_block) + sizeof(WaveLosses) + sizeof(uint64_t);

@@ -21,7 +21,9 @@ enum class Aov : uint8_t {
   direct,
   indirect,
   samples,
-  variance
+  variance,
+  denoising_albedo,
+  denoising_normal
 };
 
 struct AovInfo {
@@ -32,7 +34,7 @@ struct AovInfo {
   std::string_view meaning; // one sentence with unit and space
 };
 
-inline constexpr std::array<AovInfo, 11> kAovs{{
+inline constexpr std::array<AovInfo, 13> kAovs{{
     {Aov::beauty, "beauty", 3, true, "radiance, linear Rec. 709, premultiplied by alpha"},
     {Aov::alpha, "alpha", 1, true, "coverage of the pixel"},
     {Aov::albedo, "albedo", 3, true,
@@ -49,6 +51,12 @@ inline constexpr std::array<AovInfo, 11> kAovs{{
     {Aov::samples, "samples", 1, false, "number of samples"},
     {Aov::variance, "variance", 1, false,
      "unbiased estimate of the variance of the pixel's mean luminance; 0 below two samples"},
+    {Aov::denoising_albedo, "denoising_albedo", 3, true,
+     "albedo of the first surface that is neither a mirror nor clear glass, times their colors, in [0, 1]; what "
+     "mirrors "
+     "show of the environment, clamped to 1; mean over all samples, misses count as 0"},
+    {Aov::denoising_normal, "denoising_normal", 3, true,
+     "shading normal of the surface of denoising_albedo, world space; mean over all samples, misses count as 0"},
 }};
 
 [[nodiscard]] constexpr const AovInfo& aov_info(Aov aov) { return kAovs[static_cast<size_t>(aov)]; }
@@ -66,9 +74,17 @@ class AovSet {
   [[nodiscard]] constexpr bool needs_surface() const {
     return contains(Aov::albedo) || contains(Aov::normal) || contains(Aov::depth) || contains(Aov::position);
   }
+  // Returns true if paths must record the first surface that scatters widely, for denoisers.
+  [[nodiscard]] constexpr bool needs_guides() const {
+    return contains(Aov::denoising_albedo) || contains(Aov::denoising_normal);
+  }
   // Returns true if paths must separate emission and direct light from their radiance.
   [[nodiscard]] constexpr bool needs_components() const {
     return contains(Aov::emission) || contains(Aov::direct) || contains(Aov::indirect);
+  }
+  // Returns true if paths must fill a FilmSurface.
+  [[nodiscard]] constexpr bool needs_film_surface() const {
+    return needs_surface() || needs_guides() || needs_components();
   }
   [[nodiscard]] constexpr uint32_t bits() const { return bits_; }
 

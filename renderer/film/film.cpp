@@ -57,6 +57,7 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("beauty", film.sums_, 1);
   visit_if_present("variance", film.moments_, 1);
   visit_if_present("surface", film.surfaces_, 1);
+  visit_if_present("guides", film.guides_, 1);
   visit_if_present("components", film.components_, 1);
   visit_if_present("blocks", film.blocks_, kOutlierBlocks - 1);
 }
@@ -66,6 +67,7 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
   sums_ = ZeroedArray<PixelSum>(count);
   if (aovs.contains(Aov::variance)) moments_ = ZeroedArray<MomentSum>(count);
   if (aovs.needs_surface()) surfaces_ = ZeroedArray<SurfaceSum>(count);
+  if (aovs.needs_guides()) guides_ = ZeroedArray<GuideSum>(count);
   if (aovs.needs_components()) components_ = ZeroedArray<ComponentSum>(count);
 }
 
@@ -103,6 +105,7 @@ void Film::add(const Film& part) {
   add_rows(sums_, part.sums_);
   add_rows(moments_, part.moments_);
   add_rows(surfaces_, part.surfaces_);
+  add_rows(guides_, part.guides_);
   add_rows(components_, part.components_);
   add_rows(blocks_, part.blocks_, kOutlierBlocks - 1);
 }
@@ -122,6 +125,7 @@ void Film::add(const PixelRect& block, const FilmView& part) {
   add_rows(sums_, part.sums);
   add_rows(moments_, part.moments);
   add_rows(surfaces_, part.surfaces);
+  add_rows(guides_, part.guides);
   add_rows(components_, part.components);
   add_rows(blocks_, part.blocks, kOutlierBlocks - 1);
 }
@@ -158,11 +162,38 @@ std::optional<Rgb> Film::trimmed(size_t index) const {
   return outliers_trimmed(blocks);
 }
 
+// Returns false for AOVs of other planes.
+bool Film::resolve_surface(Aov aov, size_t index, double by, float* out) const {
+  const auto hits = [](const SurfaceSum& surface) { return divisor(surface.hit_weight.value(), surface.hits); };
+  switch (aov) {
+  case Aov::albedo:
+    if (!surfaces_.empty()) store_mean(surfaces_[index].albedo, by, out);
+    return true;
+  case Aov::normal:
+    if (!surfaces_.empty()) store_mean(surfaces_[index].normal, by, out);
+    return true;
+  case Aov::denoising_albedo:
+    if (!guides_.empty()) store_mean(guides_[index].albedo, by, out);
+    return true;
+  case Aov::denoising_normal:
+    if (!guides_.empty()) store_mean(guides_[index].normal, by, out);
+    return true;
+  case Aov::depth:
+    if (!surfaces_.empty() && surfaces_[index].hits > 0)
+      out[0] = static_cast<float>(surfaces_[index].depth.value() / hits(surfaces_[index]));
+    return true;
+  case Aov::position:
+    if (!surfaces_.empty() && surfaces_[index].hits > 0)
+      store_mean(surfaces_[index].position, hits(surfaces_[index]), out);
+    return true;
+  default: return false;
+  }
+}
+
 void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
   const PixelSum& sum = sums_[index];
   if (sum.samples == 0) return;
   const double by = divisor(sum.weight.value(), sum.samples);
-  const auto hits = [](const SurfaceSum& surface) { return divisor(surface.hit_weight.value(), surface.hits); };
   switch (aov) {
   case Aov::beauty:
     if (trims_outliers())
@@ -180,21 +211,8 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
     return;
   default: break;
   }
+  if (resolve_surface(aov, index, by, out)) return;
   switch (aov) {
-  case Aov::albedo:
-    if (!surfaces_.empty()) store_mean(surfaces_[index].albedo, by, out);
-    return;
-  case Aov::normal:
-    if (!surfaces_.empty()) store_mean(surfaces_[index].normal, by, out);
-    return;
-  case Aov::depth:
-    if (!surfaces_.empty() && surfaces_[index].hits > 0)
-      out[0] = static_cast<float>(surfaces_[index].depth.value() / hits(surfaces_[index]));
-    return;
-  case Aov::position:
-    if (!surfaces_.empty() && surfaces_[index].hits > 0)
-      store_mean(surfaces_[index].position, hits(surfaces_[index]), out);
-    return;
   case Aov::emission:
     if (!components_.empty()) store_mean(components_[index].emission, by, out);
     return;

@@ -115,8 +115,9 @@ class Film {
            static_cast<size_t>(pixel.x - crop_.min.x);
   }
 
-  [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, components_, blocks_}; }
+  [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, float* out) const;
+  [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
   // Calls visit(name, array, records per pixel) for each non-empty array of sums.
   template <typename ThisFilm, typename Visit>
@@ -128,6 +129,7 @@ class Film {
   ZeroedArray<PixelSum> sums_;
   ZeroedArray<MomentSum> moments_;       // only with Aov::variance
   ZeroedArray<SurfaceSum> surfaces_;     // only if AovSet::needs_surface()
+  ZeroedArray<GuideSum> guides_;         // only if AovSet::needs_guides()
   ZeroedArray<ComponentSum> components_; // only if AovSet::needs_components()
   ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks blocks; only with trim_outliers()
 };

@@ -95,6 +95,27 @@ struct SurfaceSum {
 };
 static_assert(sizeof(SurfaceSum) == 128);
 
+// Sums of what guides denoisers, over the samples that hit a surface.
+struct GuideSum {
+  FilmUnitSum albedo[3];
+  FilmUnitSum normal[3];
+
+  void add(const Rgb& sample_albedo, const V3f& sample_normal, float weight) {
+    const double w = weight;
+    for (int c = 0; c < 3; ++c) {
+      albedo[c].add(w * static_cast<double>(sample_albedo[c]));
+      normal[c].add(w * static_cast<double>(sample_normal[c]));
+    }
+  }
+  void add(const GuideSum& other) {
+    for (int c = 0; c < 3; ++c) {
+      albedo[c].add(other.albedo[c]);
+      normal[c].add(other.normal[c]);
+    }
+  }
+};
+static_assert(sizeof(GuideSum) == 48);
+
 // Sums of components of the radiance.
 struct ComponentSum {
   FilmSum emission[3];

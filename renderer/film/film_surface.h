@@ -6,13 +6,17 @@
 
 namespace kindling {
 
-// Filled only if AovSet::needs_surface() or needs_components().
+// Filled only if AovSet::needs_film_surface().
 struct FilmSurface {
   Rgb albedo{0.0f};
   V3f normal{0.0f};
   float depth = 0.0f;
   V3f position{0.0f};
   bool hit = false;
+  // For denoisers. While a path has met smooth surfaces alone, these are replaced at each.
+  bool guide_found = false;
+  Rgb guide_albedo{0.0f};
+  V3f guide_normal{0.0f};
   Rgb emission{0.0f};
   Rgb direct{0.0f};
 };

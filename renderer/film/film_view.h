@@ -27,6 +27,7 @@ struct FilmView {
   std::span<PixelSum> sums;
   std::span<MomentSum> moments;       // empty without Aov::variance
   std::span<SurfaceSum> surfaces;     // empty unless AovSet::needs_surface()
+  std::span<GuideSum> guides;         // empty unless AovSet::needs_guides()
   std::span<ComponentSum> components; // empty unless AovSet::needs_components()
   std::span<ColorSum> blocks;         // all but the last of kOutlierBlocks blocks; empty without Film::trim_outliers()
 
@@ -46,6 +47,7 @@ struct FilmView {
     if (!components.empty()) components[pixel].add(surface.emission, surface.direct, weight);
     if (!surfaces.empty() && surface.hit)
       surfaces[pixel].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
+    if (!guides.empty() && surface.hit) guides[pixel].add(surface.guide_albedo, surface.guide_normal, weight);
   }
 };
 

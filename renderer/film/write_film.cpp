@@ -22,6 +22,7 @@ std::vector<std::string> channel_names(Aov aov) {
   case Aov::alpha: return {"A"};
   case Aov::depth: return {"Z"};
   case Aov::normal:
+  case Aov::denoising_normal:
   case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
   default:
     if (aov_info(aov).channels == 1) return {name};

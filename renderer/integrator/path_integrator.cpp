@@ -31,7 +31,7 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return mak
 
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
-  return std::make_unique<PathContext>(stages_.settings.batch_size, aovs_.needs_surface() || aovs_.needs_components());
+  return std::make_unique<PathContext>(stages_.settings.batch_size, aovs_.needs_film_surface());
 }
 
 // All paths of a batch advance together, so that the accelerator receives streams of rays.

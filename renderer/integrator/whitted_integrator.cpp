@@ -61,7 +61,7 @@ WhittedIntegrator::WhittedIntegrator(const IntegratorSettings& settings, const W
 }
 
 std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
-  return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_surface() || aovs_.needs_components());
+  return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_film_surface());
 }
 
 uint32_t WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/whitted_shader.h"
 
+#include "renderer/bsdf/bsdf_ranges.h"
+
 namespace kindling {
 namespace {
 
@@ -45,6 +47,8 @@ void WhittedShader::record_surface(const WhittedVertex& vertex, FilmSurface& rec
   record.normal = point.shading_normal;
   record.depth = camera->depth(point.position, vertex.node.ray.time);
   record.position = point.position;
+  record.guide_albedo = saturate(record.albedo);
+  record.guide_normal = record.normal;
 }
 
 Rgb WhittedShader::escaped(const WhittedNode& node) const {

@@ -22,7 +22,7 @@ std::optional<Backfaces> backfaces_from_name(std::string_view name) {
 AovSet ImageSettings::recorded_aovs() const {
   AovSet recorded = aovs;
   if (denoising != Denoising::off)
-    for (const Aov guide : {Aov::albedo, Aov::normal}) recorded.insert(guide);
+    for (const Aov guide : {Aov::denoising_albedo, Aov::denoising_normal}) recorded.insert(guide);
   return recorded;
 }
 

@@ -114,7 +114,8 @@ std::vector<float> display_of_aov(const LinearFrame& frame, const ViewState& sta
                                   std::array<float, 2>& range) {
   const std::vector<float>& values = frame.shown;
   switch (frame.state.shown) {
-  case Aov::normal: {
+  case Aov::normal:
+  case Aov::denoising_normal: {
     std::vector<float> rgb(values);
     for (float& value : rgb) value = 0.5f + 0.5f * value;
     return rgb;
@@ -157,9 +158,9 @@ LinearFrame make_linear_frame(const Film& film, const ViewState& state) {
   frame.size_px = V2i(film.crop().width(), film.crop().height());
   frame.rgba = film.resolve_rgba();
   if (state.shown != Aov::beauty) frame.shown = film.resolve(state.shown);
-  if (film.aovs().contains(Aov::albedo) && film.aovs().contains(Aov::normal)) {
-    frame.albedo = film.resolve(Aov::albedo);
-    frame.normal = film.resolve(Aov::normal);
+  if (film.aovs().contains(Aov::denoising_albedo) && film.aovs().contains(Aov::denoising_normal)) {
+    frame.albedo = film.resolve(Aov::denoising_albedo);
+    frame.normal = film.resolve(Aov::denoising_normal);
   }
   return frame;
 }

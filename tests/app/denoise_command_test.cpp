@@ -59,7 +59,7 @@ TEST_F(DenoiseCommand, ImagesAreDenoisedAndSumsAreNot) {
 
 TEST_F(DenoiseCommand, ResumedRendersMayChangeIt) {
   expect_done(render({"--denoise", "best", "-o", "whole.exr"}));
-  expect_done(render({"--aov", "albedo,normal", "--checkpoint", "a.kacc", "-o", "noisy.exr"}));
+  expect_done(render({"--aov", "denoising_albedo,denoising_normal", "--checkpoint", "a.kacc", "-o", "noisy.exr"}));
   expect_done({"resume", "a.kacc", "--denoise", "best", "-o", "resumed.exr"});
   EXPECT_EQ(pixels("resumed.exr"), pixels("whole.exr"));
 }
@@ -73,7 +73,7 @@ TEST_F(DenoiseCommand, SumsWithoutAlbedoAreDenoisedWithAWarning) {
 
 TEST_F(DenoiseCommand, FinishedImagesAreDenoisedLater) {
   expect_done(render({"--denoise", "best", "-o", "at_once.exr", "-o", "at_once.png"}));
-  expect_done(render({"--aov", "albedo,normal,depth", "-o", "noisy.exr", "-o", "sums.kacc"}));
+  expect_done(render({"--aov", "denoising_albedo,denoising_normal,depth", "-o", "noisy.exr", "-o", "sums.kacc"}));
   expect_done({"denoise", "noisy.exr", "-o", "later.exr", "-o", "later.png", "--exr-float"});
   EXPECT_EQ(pixels("later.exr"), pixels("at_once.exr"));
   EXPECT_EQ(pixels("later.png"), pixels("at_once.png"));
@@ -81,7 +81,8 @@ TEST_F(DenoiseCommand, FinishedImagesAreDenoisedLater) {
   ASSERT_TRUE(later.ok()) << later.error().message;
   std::set<std::string> names;
   for (const ExrLayer& layer : later.value().layers) names.insert(layer.channel_names.front());
-  for (const char* name : {"R", "A", "noisy.R", "albedo.G", "normal.X", "Z"}) EXPECT_TRUE(names.contains(name)) << name;
+  for (const char* name : {"R", "A", "noisy.R", "denoising_albedo.G", "denoising_normal.X", "Z"})
+    EXPECT_TRUE(names.contains(name)) << name;
   EXPECT_TRUE(later.value().text.contains("kindling:denoised"));
   EXPECT_TRUE(later.value().text.contains("kindling:commandLine")) << "the metadata of the render is lost";
   // Again, with another quality: from the noisy layer.

@@ -36,6 +36,7 @@ TEST(LayeredBsdf, EqualsGltfBsdfWithoutLayers) {
         << i; // the plain model keeps a probability of 1e-6 for invisible reflections
     ASSERT_LT((plain.albedo() - layered.albedo()).length(), 1e-5f) << i;
     ASSERT_NEAR(plain.glossy_probability(), layered.cosine_begin(), 2e-6f) << i;
+    ASSERT_NEAR(plain.smooth_share(0.5f), layered.smooth_share(0.5f), 2e-6f) << i;
     ASSERT_EQ(layered.straight_transmittance(), Rgb(0.0f));
     ASSERT_EQ(layered.coat_transmittance(), 1.0f);
     const float u_lobe = random.next_1d();
@@ -49,6 +50,27 @@ TEST(LayeredBsdf, EqualsGltfBsdfWithoutLayers) {
     ASSERT_LT((s->wi - t->wi).length(), 1e-4f) << i;
     ASSERT_LT((s->weight - t->weight).length(), 1e-3f * s->weight.length() + 1e-6f) << i;
   }
+}
+
+TEST(LayeredBsdf, SmoothLobesHaveTheirShareOfTheAlbedo) {
+  const V3f wo(0.6f, 0.0f, 0.8f);
+  const BsdfParameters rough_metal{.roughness = 0.8f}, smooth_metal{.roughness = 0.2f};
+  EXPECT_EQ(LayeredBsdf(rough_metal, {}, wo).smooth_share(0.075f), 0.0f);
+  EXPECT_GT(LayeredBsdf(smooth_metal, {}, wo).smooth_share(0.075f), 0.99f);
+  EXPECT_EQ(LayeredBsdf(smooth_metal, {}, wo).smooth_share(0.03f), 0.0f); // alpha .04
+  LayerParameters stretched;
+  stretched.anisotropy = 1.0f; // the larger alpha counts
+  EXPECT_EQ(LayeredBsdf(smooth_metal, stretched, wo).smooth_share(0.075f), 0.0f);
+  LayerParameters coat;
+  coat.clearcoat = 1.0f; // reflects 4 to 5 % of a white ground's light
+  const float coat_share = LayeredBsdf(rough_metal, coat, wo).smooth_share(0.075f);
+  EXPECT_GT(coat_share, 0.03f);
+  EXPECT_LT(coat_share, 0.07f);
+  LayerParameters glass;
+  glass.transmission = 1.0f;
+  EXPECT_EQ(LayeredBsdf({.metallic = 0.0f, .roughness = 0.0f}, glass, wo).smooth_share(0.075f), 1.0f);
+  EXPECT_EQ(LayeredBsdf({.metallic = 0.0f, .roughness = 0.6f}, glass, wo).smooth_share(0.075f), 0.0f);
+  EXPECT_EQ(LayeredBsdf({.metallic = 0.0f, .specular = 0.0f}, {}, wo).smooth_share(1.0f), 0.0f) << "Lambert";
 }
 
 void expect_reciprocal(const LayeredMaterial& m, Random& random, const char* what) {

@@ -114,7 +114,7 @@ TEST(DeviceMemory, WavesTakeTheirEstimate) {
   for (const AovInfo& info : kAovs) { // one more each time
     aovs.insert(info.aov);
     CountingDevice device;
-    PathWaveRunner wave(device, *world, nullptr, aovs.needs_surface() || aovs.needs_components());
+    PathWaveRunner wave(device, *world, nullptr, aovs.needs_film_surface());
     const V2i size(64, 64); // one sample for each pixel fills the wave
     Film film(size, {V2i(0), size}, aovs);
     for (int y = 0; y < 64; y += 8)

@@ -57,6 +57,8 @@ std::vector<PlacedSample> random_samples(uint32_t per_pixel) {
         placed.surface.normal = V3f{uniform() - 0.5f, -uniform(), uniform()};
         placed.surface.depth = any_size(-10, 50);
         placed.surface.position = V3f(any_size(-10, 50), -any_size(-10, 50), uniform());
+        placed.surface.guide_albedo = Rgb{uniform(), 0.0f, uniform()};
+        placed.surface.guide_normal = V3f{-uniform(), uniform(), 0.0f};
         placed.surface.emission = Rgb(uniform(), 0.0f, any_size(-30, 60));
         placed.surface.direct = 0.5f * placed.sample.radiance;
       }
@@ -169,13 +171,16 @@ TEST(ExactFilm, PlanesFollowRequestedAovs) {
   using Sizes = std::vector<std::pair<std::string, size_t>>;
   EXPECT_EQ(sizes({}, false), (Sizes{{"beauty", 72}}));
   EXPECT_EQ(sizes({}, true), (Sizes{{"beauty", 72}, {"blocks", 224}}));
-  AovSet direct, depth;
+  AovSet direct, depth, guide;
+  guide.insert(Aov::denoising_normal);
+  EXPECT_EQ(sizes(guide, false), (Sizes{{"beauty", 72}, {"guides", 48}}));
   direct.insert(Aov::direct);
   depth.insert(Aov::depth);
   EXPECT_EQ(sizes(direct, false), (Sizes{{"beauty", 72}, {"components", 96}}));
   EXPECT_EQ(sizes(depth, false), (Sizes{{"beauty", 72}, {"surface", 128}}));
-  EXPECT_EQ(sizes(all_aovs(), true),
-            (Sizes{{"beauty", 72}, {"variance", 56}, {"surface", 128}, {"components", 96}, {"blocks", 224}}));
+  EXPECT_EQ(
+      sizes(all_aovs(), true),
+      (Sizes{{"beauty", 72}, {"variance", 56}, {"surface", 128}, {"guides", 48}, {"components", 96}, {"blocks", 224}}));
 }
 
 // The records have the layout that README.md describes.

@@ -165,6 +165,8 @@ TEST(Film, SurfaceMeans) {
   hit.normal = V3f(0.0f, 0.0f, 1.0f);
   hit.depth = 4.0f;
   hit.position = V3f(1.0f, 2.0f, 3.0f);
+  hit.guide_albedo = Rgb(1.0f, 0.5f, 0.25f);
+  hit.guide_normal = V3f(0.0f, -1.0f, 0.0f);
   hit.emission = Rgb(1.0f);
   hit.direct = Rgb(2.0f);
   film.add({0, 0}, gray(7.0f));
@@ -177,6 +179,8 @@ TEST(Film, SurfaceMeans) {
 
   EXPECT_EQ(film.resolve(Aov::albedo), (std::vector<float>{0.25f, 0.125f, 0.5f}));
   EXPECT_EQ(film.resolve(Aov::normal), (std::vector<float>{0.0f, 0.0f, 0.5f}));
+  EXPECT_EQ(film.resolve(Aov::denoising_albedo), (std::vector<float>{0.5f, 0.25f, 0.125f}));
+  EXPECT_EQ(film.resolve(Aov::denoising_normal), (std::vector<float>{0.0f, -0.5f, 0.0f}));
   EXPECT_EQ(film.resolve(Aov::depth), (std::vector<float>{4.0f}));
   EXPECT_EQ(film.resolve(Aov::position), (std::vector<float>{1.0f, 2.0f, 3.0f}));
   EXPECT_EQ(film.resolve(Aov::emission)[0], 2.0f);

@@ -54,9 +54,10 @@ std::map<std::string, NamedLayer> layers_of(const ExrImage& image) {
   return layers;
 }
 
-constexpr std::array<std::string_view, 4> kAlbedos{"albedo", "denoising albedo", "denoisealbedo", "denoise_albedo"};
-constexpr std::array<std::string_view, 6> kNormals{"normal", "denoising normal", "denoisenormal", "sh_normal", "ns",
-                                                   "n"};
+constexpr std::array<std::string_view, 5> kAlbedos{"denoising_albedo", "denoising albedo", "denoisealbedo",
+                                                   "denoise_albedo", "albedo"};
+constexpr std::array<std::string_view, 7> kNormals{
+    "denoising_normal", "denoising normal", "denoisenormal", "normal", "sh_normal", "ns", "n"};
 
 // Returns the first layer with the earliest of these names.
 template <size_t kCount>

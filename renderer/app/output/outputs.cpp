@@ -127,15 +127,22 @@ ImageMetadata make_metadata(const RenderReport& r, const Camera& camera) {
 
 namespace {
 
-// Denoises a film, guided by its albedo and normal.
+// Returns the first of two AOVs that the film has; empty if it has neither.
+std::vector<float> resolve_either(const Film& film, Aov first, Aov second) {
+  for (const Aov aov : {first, second})
+    if (film.aovs().contains(aov)) return film.resolve(aov);
+  return {};
+}
+
+// Denoises a film, guided by albedo and normal: of what mirrors and clear glass show, else of the
+// first surfaces.
 Result<std::optional<DenoisedImage>> denoise_film(const Film& film, const ImageWriting& writing) {
   const std::vector<float> rgba = film.resolve_rgba();
-  std::vector<float> albedo, normal;
-  if (film.aovs().contains(Aov::albedo)) albedo = film.resolve(Aov::albedo);
-  if (film.aovs().contains(Aov::normal)) normal = film.resolve(Aov::normal);
+  const std::vector<float> albedo = resolve_either(film, Aov::denoising_albedo, Aov::albedo);
+  const std::vector<float> normal = resolve_either(film, Aov::denoising_normal, Aov::normal);
   if (albedo.empty() || normal.empty())
     writing.console.warning("--denoise: the sums have no albedo and normal, so that textures and edges blur; render "
-                            "with --denoise or --aov albedo,normal");
+                            "with --denoise or --aov denoising_albedo,denoising_normal");
   return denoise_image({{film.crop().width(), film.crop().height()}, rgba, albedo, normal},
                        writing.options.denoising_of_images(), writing.options.threads, writing.display, writing.cancel);
 }

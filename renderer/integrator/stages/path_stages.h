@@ -125,8 +125,9 @@ struct PathStages {
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
   void regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // caustics.h
+  // Records the data of a surface where a path ends or scatters; `bsdf` is null if it ends.
   void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
-                      FilmSurface& record) const;
+                      const PathState& state, FilmSurface& record) const;
   // Counts a bounce. True if the surface that it leads to may reflect in turn, within all limits.
   [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
 

@@ -1,9 +1,20 @@
 // Steps of shading one path that need no sink.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/sampling/mis.h"
 
 namespace kindling {
+
+namespace {
+
+// Denoisers are guided through surfaces that show others sharply and have little else of their own.
+// Cycles follows microfacets up to an alpha of .075; what these show is blurred and made the guides
+// of a car in the sun noisy (renderer/denoise/README.md).
+constexpr float kMaxSmoothAlpha = 0.01f;
+constexpr float kMinSmoothShare = 0.75f;
+
+} // namespace
 
 void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
   PathState& state = path.state;
@@ -46,12 +57,19 @@ void PathStages::add_emission(const accel::Ray& ray, const SurfacePoint& surface
 }
 
 void PathStages::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
-                                FilmSurface& record) const {
-  record.hit = true;
-  record.albedo = bsdf ? bsdf->albedo() : surface.emitted;
-  record.normal = surface.shading_normal;
-  record.depth = camera->depth(surface.position, ray.time);
-  record.position = surface.position;
+                                const PathState& state, FilmSurface& record) const {
+  const Rgb albedo = bsdf ? bsdf->albedo() : surface.emitted;
+  if (state.bounce == 0) {
+    record.hit = true;
+    record.albedo = albedo;
+    record.normal = surface.shading_normal;
+    record.depth = camera->depth(surface.position, ray.time);
+    record.position = surface.position;
+  }
+  if (!record.hit || record.guide_found) return;
+  record.guide_albedo = saturate(state.throughput * albedo);
+  record.guide_normal = surface.shading_normal;
+  record.guide_found = !bsdf || bsdf->smooth_share(kMaxSmoothAlpha) < kMinSmoothShare;
 }
 
 } // namespace kindling

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/sample_cone.h"
@@ -26,8 +27,8 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
   if (surface.unlit || (state.emission_only && !surface.has_thin_wall())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, path))
       continue_through(ray, surface, path, sink);
-    else if (state.bounce == 0 && path.surface)
-      record_surface(ray, surface, nullptr, *path.surface);
+    else if (path.surface)
+      record_surface(ray, surface, nullptr, state, *path.surface);
     return;
   }
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
@@ -69,7 +70,7 @@ template <typename Sink>
     continue_through(ray, surface, path, sink);
     return;
   }
-  if (state.bounce == 0 && path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), *path.surface);
+  if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if (reflects) sample_bounce(vertex, path, sink);
 }
 
@@ -117,6 +118,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   if (is_black(state.throughput)) return;
   if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
   if (scattered->pdf > 0.0f) sink.reflect(vertex, *scattered, path);
+  if (path.surface && scattered->lobe == Lobe::diffuse) path.surface->guide_found = true;
 
   // Russian roulette by the square root of the throughput spares paths that may still meet a bright
   // light.
@@ -172,6 +174,8 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
     if (!settings.environment_visible) return;
   }
   Rgb radiance;
+  if (path.surface && path.surface->hit && !path.surface->guide_found)
+    path.surface->guide_albedo = saturate(state.throughput * world->lights.environment_radiance(at));
   if (state.bsdf_pdf > 0.0f) {
     const EnvironmentEval environment =
         world->lights.environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
