@@ -253,6 +253,18 @@ std::vector<float> Film::resolve_rgba() const {
   return values;
 }
 
+std::vector<float> Film::resolve_rgba(const PixelRect& rect) const {
+  assert(contains(crop_, rect));
+  std::vector<float> values(static_cast<size_t>(rect.pixel_count()) * 4, 0.0f);
+  float* out = values.data();
+  for (int y = rect.min.y; y < rect.max.y; ++y)
+    for (int x = rect.min.x; x < rect.max.x; ++x, out += 4) {
+      resolve_pixel(Aov::beauty, index_of({x, y}), out);
+      resolve_pixel(Aov::alpha, index_of({x, y}), out + 3);
+    }
+  return values;
+}
+
 uint64_t Film::total_samples() const {
   uint64_t total = 0;
   for (const PixelSum& sum : sums_) total += sum.samples;

@@ -101,6 +101,8 @@ class Film {
   [[nodiscard]] std::vector<float> resolve(Aov aov) const;
   // Returns interleaved premultiplied RGBA of the crop window.
   [[nodiscard]] std::vector<float> resolve_rgba() const;
+  // The same of a rectangle inside of it.
+  [[nodiscard]] std::vector<float> resolve_rgba(const PixelRect& rect) const;
 
   [[nodiscard]] const V2i& size_px() const { return size_px_; }
   [[nodiscard]] const PixelRect& crop() const { return crop_; }

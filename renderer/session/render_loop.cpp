@@ -189,6 +189,7 @@ bool RenderLoop::render_missing(std::span<const size_t> blocks, const SampleRang
     for (size_t i = 0; i < work.size(); ++i) {
       if (work[i].added > 0) worker.unsaved = true;
       take_samples(lacking[i], work[i]);
+      if (continuity_.after_block && work[i].added > 0) continuity_.after_block(work[i].block, state_.film);
       finished &= work[i].added == work[i].samples.count();
     }
     if (!finished) return false;

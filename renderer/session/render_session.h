@@ -113,6 +113,10 @@ struct RenderContinuity {
   // overlap then: the film is that of a render of the number of samples reached, except while a
   // resumed state has unequal counts. May be null.
   std::function<void(const RenderState&)> after_pass;
+  // Called after samples of a block, by the thread that owns the block until it returns; several
+  // threads call it at once for different blocks. Only that block's pixels of the film may be read.
+  // May be null.
+  std::function<void(const PixelRect& block, const Film& film)> after_block;
 };
 
 // Renders the samples that RenderContinuity::resume_from lacks. Reports Phase::render. `cancel` and

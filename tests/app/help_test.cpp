@@ -96,10 +96,23 @@ TEST(Help, DefaultsOfRenderChangeNothing) {
 }
 
 TEST(Help, EveryValueHasADefault) {
-  const std::set<std::string> kWithout{
-      "--force", "--follow-links",    "--outlines",    "--quiet",         "--verbose",         "--help",
-      "--pixel", "--list-cameras",    "--list-scenes", "--list-variants", "--list-extensions", "--extension-table",
-      "--json",  "--no-embree-calls", "--quick",       "--strict"};
+  const std::set<std::string> kWithout{"--force",
+                                       "--follow-links",
+                                       "--outlines",
+                                       "--quiet",
+                                       "--verbose",
+                                       "--help",
+                                       "--pixel",
+                                       "--list-cameras",
+                                       "--list-scenes",
+                                       "--list-variants",
+                                       "--list-extensions",
+                                       "--extension-table",
+                                       "--json",
+                                       "--no-embree-calls",
+                                       "--quick",
+                                       "--strict",
+                                       "--tev"};
   for (const char* command : {"render", "info", "shootout", "scaling", "resume", "view"}) {
     for (const auto& [flag, help] : help_of({command})) {
       EXPECT_NE(help.description, "") << command << " " << flag;

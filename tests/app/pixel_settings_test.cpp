@@ -151,6 +151,8 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--checkpoint-every", {false, {"--checkpoint", "a.kacc"}, {"--checkpoint-every", "1m"}}},
       {"--progress", {false, kNone, {"--progress", "none"}}},
       {"--stats", {false, kNone, {"--stats", "a.json"}}},
+      {"--tev", {false, kNone, {"--tev"}}},
+      {"--tev-host", {false, kNone, {"--tev-host", "render-7"}}},
       {"--pixel", {false, kNone, {"--pixel", "1,1"}}},
       {"--sample", {false, {"--pixel", "1,1"}, {"--sample", "1"}}},
       {"--quiet", {false, kNone, {"--quiet"}}},

@@ -113,6 +113,7 @@ void override_render(const ResumeOptions& resume, RenderOptions& o) {
     o.time_limit_s = resume.time_limit_s;
     o.time_limit_total_s.reset();
   }
+  o.tev.reset(); // it may be gone by now
   if (resume.checkpoint_every_s) o.checkpoint.every_s = *resume.checkpoint_every_s;
   if (resume.progress) o.progress = *resume.progress;
   o.quiet = resume.quiet || (o.quiet && !resume.verbose);

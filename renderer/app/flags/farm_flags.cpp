@@ -35,9 +35,9 @@ DIR must be a folder that all machines share.
 )";
 
 // Flags that the farm sets for each render, or that do not work with parts.
-constexpr std::array<const char*, 14> kOwnFlags = {
-    "--output",  "--part",  "--tile-part", "--checkpoint", "--frames",     "--force", "--progress",
-    "--threads", "--stats", "--pixel",     "--sample",     "--time-limit", "--quiet", "--noise-threshold"};
+constexpr std::array<const char*, 16> kOwnFlags = {
+    "--output", "--part",  "--tile-part", "--checkpoint", "--frames", "--force",           "--progress", "--threads",
+    "--stats",  "--pixel", "--sample",    "--time-limit", "--quiet",  "--noise-threshold", "--tev",      "--tev-host"};
 
 void add_submit_flags(FlagSet& flags, FarmSubmitOptions& o) {
   flags.group("What to render");

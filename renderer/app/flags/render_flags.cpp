@@ -261,6 +261,10 @@ void add_report_flags(FlagSet& flags, RenderOptions& o) {
               });
   flags.value("--stats", "FILE.json", "Write times, ray counts and memory as JSON [none]",
               [&o](auto text) { return set_path(text, o.stats_file); });
+  flags.toggle("--tev", "Show the growing image in the viewer tev, which must be running on this machine",
+               [&o] { o.tev.emplace(); });
+  flags.value("--tev-host", "HOST[:PORT]", "The same, of a tev that listens there; port 14158 if none is given [none]",
+              [&o](auto text) { return store(parse_tev_address(text), o.tev); });
   flags.value("--pixel", "X,Y", "Replay one sample of this pixel and print its path instead of writing an image",
               [&o](auto text) { return store(parse_pixel(text), o.replay_pixel); });
   const std::string sample = fmt::format("Sample of --pixel to replay, counted from 0 [{}]", o.replay_sample);
@@ -312,6 +316,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
   if (o.time_limit_total_s) o.time_limit_s = o.time_limit_total_s; // less what is over when the render begins
   if (flags.given("--training-paths") && o.guiding == Guiding::off)
     return usage_error("--training-paths: has no meaning with --guiding off");
+  if (o.tev && o.replay_pixel) return usage_error("--tev: has no meaning with --pixel, which writes no image");
   if (flags.given("--sample") && !o.replay_pixel) return usage_error("--sample: has no meaning without --pixel");
   if (flags.given("--min-spp") && !o.adaptive.enabled())
     return usage_error("--min-spp: has no meaning without --noise-threshold above 0");

@@ -7,6 +7,7 @@
 #include "renderer/app/options/progress_mode.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/options/shootout_clock.h"
+#include "renderer/app/tev/tev_address.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/distributed/work_parts.h"
@@ -59,6 +60,7 @@ struct RenderOptions : WorldSettings, ImageSettings {
   std::vector<std::string> arguments; // of the command line, without the program's name
 
   std::filesystem::path stats_file;
+  std::optional<TevAddress> tev; // of the viewer that shows the growing image
   ProgressMode progress = ProgressMode::automatic;
   bool quiet = false;
   bool verbose = false;

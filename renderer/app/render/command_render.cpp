@@ -22,6 +22,7 @@ namespace {
 
 Result<int> render_images(const RenderOptions& options, const std::string& command_line, Console& console) {
   RenderRun run(options, console);
+  if (Result<void> opened = run.open_viewer(options); !opened.ok()) return opened.error();
 
   if (!options.frames.numbers.empty() && !options.replay_pixel) return render_frames(options, command_line, run);
 

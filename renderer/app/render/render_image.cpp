@@ -149,6 +149,10 @@ class ImageRender {
         const RenderRun::Storing storing(run_);
         save(state);
       };
+    if (TevPreview* const viewer = run_.viewer()) {
+      viewer->start_image(image_name(), settings_.size_px, settings_.wanted_pixels());
+      continuity.after_block = [viewer](const PixelRect& block, const Film& film) { viewer->take_block(block, film); };
+    }
     if (options_.time_limit_total_s) limit_what_is_left(continuity);
     run_.start_render();
     run_.display.start_phase(Phase::render, checkpoint_ ? checkpoint_->done_share() : 0.0);
@@ -156,7 +160,14 @@ class ImageRender {
     Result<RenderOutcome> outcome =
         render(*stage_.world, *stage_.camera, settings_, &run_.cancel, &run_.display, std::move(continuity));
     run_.display.end_phase();
+    if (run_.viewer() && outcome.ok()) run_.viewer()->finish_image(outcome.value().film);
     return outcome;
+  }
+
+  // Returns the name that a viewer shows.
+  [[nodiscard]] std::string image_name() const {
+    const std::string scene = options_.scene_file.filename().string();
+    return request_.frame ? fmt::format("{} frame {}", scene, *request_.frame) : scene;
   }
 
   // Leaves time for what follows the render.

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <optional>
+#include <utility>
 
 namespace kindling::app {
 
@@ -55,6 +56,15 @@ bool RenderRun::interrupted_early() {
   console.note(of_frame_.empty() ? "interrupted before the render: nothing was written"
                                  : fmt::format("interrupted before the render{0}: nothing{0} was written", of_frame_));
   return true;
+}
+
+Result<void> RenderRun::open_viewer(const RenderOptions& options) {
+  if (!options.tev) return {};
+  Result<TevConnection> connection = TevConnection::open(*options.tev);
+  if (!connection.ok()) return connection.error();
+  viewer_ = std::make_unique<TevPreview>(std::move(connection).value(),
+                                         [this](const std::string& message) { display.on_warning(message); });
+  return {};
 }
 
 void RenderRun::start_frame(int number, size_t index, size_t count) {

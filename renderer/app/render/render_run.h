@@ -6,6 +6,7 @@
 #include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/progress_display.h"
 #include "renderer/app/terminal/signals.h"
+#include "renderer/app/tev/tev_preview.h"
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
 #include "renderer/facade/render_scene.h"
@@ -53,6 +54,10 @@ class RenderRun {
   // To be called before the first sample of an image is taken.
   void start_render() { renders_ = true; }
 
+  // Connects to the viewer of the options, if there is one. Fails (input_output).
+  [[nodiscard]] Result<void> open_viewer(const RenderOptions& options);
+  [[nodiscard]] TevPreview* viewer() { return viewer_.get(); } // null: none
+
   // Names the current image in progress and messages: frame `number`, the index-th of count.
   void start_frame(int number, size_t index, size_t count);
   void end_frame();
@@ -65,6 +70,7 @@ class RenderRun {
  private:
   [[noreturn]] void end(int signal, bool checkpoint);
 
+  std::unique_ptr<TevPreview> viewer_;
   std::string of_frame_; // " of frame 7"; empty for a single image
 };
 
