@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Measures the cost of equal noise: several settings of Kindling, and Cycles, in one run.
+"""Measures the cost of equal noise: several settings of Kindling, and other renderers, in one run.
 
     bench/equal_noise.py scenes/interior.glb --setting full= --setting "clamped=--clamp-indirect 10" --spp 4,16,64
     bench/equal_noise.py FOLDER --cycles --spp 16 --seeds 2 --check-reference
+    bench/equal_noise.py FOLDER --peers cycles,mitsuba,luxcore --clock cpu
 
-All get the same camera, environment, size, bounces and threads, and a box filter; Cycles gets no
-denoising, clamps or adaptive sampling. Seeds are the outermost loop, so that disturbances of the machine
+All get the same camera, environment, size, bounces and threads, and a box filter; none gets denoising, clamps or
+adaptive sampling. --peers installs the renderers from PyPI where they are missing (peers/README.md); --cycles takes an
+installed Blender. Seeds are the outermost loop, so that disturbances of the machine
 affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding or
 building.
 """
@@ -26,6 +28,8 @@ import equal_noise_page
 import pixels
 import plots
 import renderers
+from peers import install as peer_packages
+from peers import run as peers
 
 REFERENCE_TOLERANCE = 0.005  # largest relative difference of a channel's mean that --check-reference accepts
 REFERENCE_SEED = 1_000_003  # for references that are rendered here; not among the measured seeds
@@ -45,13 +49,15 @@ def parse_arguments(arguments=None):
                         help="flags of `kindling render`; ratios are relative to the first setting (kindling=)")
     parser.add_argument("--common", default=[], type=shlex.split, metavar="FLAGS", help="flags of all settings, and of references")
     parser.add_argument("--cycles", action="store_true", help="Cycles as well, where blender is installed")
+    parser.add_argument("--peers", default=[], type=parse_peers, metavar="NAME,...",
+                        help=f"other renderers, from PyPI: {', '.join(peer_packages.PACKAGES)}")
     parser.add_argument("--only", type=lambda text: text.split(","), metavar="NAME,...", help="these scenes alone")
     parser.add_argument("--spp", default=[16], type=parse_counts, metavar="N,...", help="samples per pixel (16)")
     parser.add_argument("--size", type=renderers.parse_size, metavar="WxH", help="pixels (as scenes.json says, else 640x360)")
     parser.add_argument("--seeds", type=int, default=3, help="renders by each, at least 2 (3)")
     parser.add_argument("--threads", type=int, default=2, help="of each renderer (2)")
     parser.add_argument("--clock", choices=("wall", "cpu"), default="wall",
-                        help="cpu: time of the process on all threads without that of a render of 8 x 8 pixels; Kindling alone (wall)")
+                        help="cpu: time on all threads, for Kindling that of the process without that of a render of 8 x 8 pixels (wall)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here, with the common flags alone")
     parser.add_argument("--check-reference", action="store_true",
@@ -65,6 +71,8 @@ def parse_arguments(arguments=None):
         parser.error("--seeds: noise needs at least 2 renders")
     if options.clock == "cpu" and options.cycles:
         parser.error("--clock cpu: the CPU time of Blender includes more than Cycles; use --clock wall")
+    if options.cycles and CYCLES in options.peers:
+        parser.error("--cycles and --peers cycles: give one of them")
     options.setting = options.setting or [Setting("kindling", [])]
     names = [setting.name for setting in options.setting]
     if len(set(names)) < len(names):
@@ -74,9 +82,16 @@ def parse_arguments(arguments=None):
 
 def parse_setting(text):
     match = re.fullmatch(r"([A-Za-z0-9_.+-]+)=(.*)", text, re.S)
-    if not match or match[1] == CYCLES:
-        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=FLAGS, with a NAME of letters, digits and _ . + - that is not cycles")
+    if not match or match[1] in peer_packages.PACKAGES:
+        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=FLAGS, with a NAME of letters, digits and _ . + - that is no other renderer")
     return Setting(match[1], shlex.split(match[2]))
+
+
+def parse_peers(text):
+    names = text.split(",")
+    if unknown := [name for name in names if name not in peer_packages.PACKAGES]:
+        raise argparse.ArgumentTypeError(f"no renderer '{unknown[0]}'; there are {', '.join(peer_packages.PACKAGES)}")
+    return list(dict.fromkeys(names))
 
 
 def parse_counts(text):
@@ -93,7 +108,8 @@ def main():
     blender = renderers.find_blender() if options.cycles else None
     if options.cycles and not blender:
         print("blender is not installed (Debian: apt-get install blender): Kindling alone", file=sys.stderr)
-    settings = options.setting + ([Setting(CYCLES, [])] if blender else [])
+    others = ([CYCLES] if blender else []) + (peers.prepare(options.peers) if options.peers else [])
+    settings = options.setting + [Setting(name, []) for name in others]
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
@@ -122,16 +138,16 @@ def measure_scene(job, settings, options, kindling, blender, folder):
         if options.clock == "cpu":
             small = replace(job, size_px=(8, 8))
             setup_s = {setting.name: renderers.run_kindling(kindling, small, 1, seed, folder / f"{job.name}.setup",
-                                                            options.common + setting.flags).cpu_s for setting in settings}
+                                                            options.common + setting.flags).cpu_s for setting in options.setting}
         for spp in options.spp:
             for setting in settings:
                 stem = folder / f"{job.name}.{setting.name}.{spp}.{seed}"
-                runs[setting.name, spp].append(
-                    renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
-                    renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
+                run = (peers.run(setting.name, job, spp, seed, stem) if setting.name in options.peers else
+                       renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
+                       renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
                 if options.clock == "cpu":
-                    run = runs[setting.name, spp][-1]
-                    run.path_tracing_s = max(run.cpu_s - setup_s[setting.name], 1e-3)
+                    run.path_tracing_s = run.path_tracing_cpu_s or max(run.cpu_s - setup_s[setting.name], 1e-3)
+                runs[setting.name, spp].append(run)
         print(f"{job.name}: seed {seed} of {options.seeds} done", file=sys.stderr)
 
     reference_file = job.reference
@@ -247,7 +263,7 @@ def check_references(scenes):
             text = ", ".join(f"{channel} {100 * difference:+.2f} % (standard error {100 * error:.2f} %)"
                              for channel, difference, error in zip("RGB", differences, errors))
             print(f"{scene['name']}: {row['setting']}, {row['spp']} samples: {text}{'' if within else '  BEYOND 0.5 %'}")
-            good = good and (within or row["setting"] == CYCLES)
+            good = good and (within or row["setting"] in peer_packages.PACKAGES)
     return good
 
 

@@ -43,6 +43,7 @@ class Run:
     process_s: float
     peak_mb: float  # maximum resident set of the process, MiB
     cpu_s: float  # user and system time of the whole process
+    path_tracing_cpu_s: float | None = None  # CPU seconds of path tracing alone, where the renderer tells them
 
 
 def run_measured(command, log_path, environment=None):
@@ -93,20 +94,25 @@ def run_kindling(binary, job, spp, seed, stem, flags=()):
     return Run(seed, image, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
 
 
+def peer_job(job, spp, seed, image):
+    """What the scripts in peers/ need to know of a render."""
+    return {
+        "scene": str(job.scene.resolve()), "environment": str(job.environment.resolve()) if job.environment else None,
+        "environment_rotation_deg": job.environment_rotation_deg, "environment_intensity": job.environment_intensity,
+        "background_visible": job.background_visible, "size_px": list(job.size_px), "spp": spp, "seed": seed,
+        "max_bounces": job.max_bounces, "threads": job.threads, "output": str(image.resolve())}
+
+
 def run_cycles(blender, job, spp, seed, stem):
     """Writes STEM.exr and STEM.log. Times come from Cycles' own report: 'Path Tracing' leaves out import, synchronization
     and BVH."""
     image, job_path = Path(f"{stem}.exr"), Path(f"{stem}.job.json")
-    job_path.write_text(json.dumps({
-        "scene": str(job.scene.resolve()), "environment": str(job.environment.resolve()) if job.environment else None,
-        "environment_rotation_deg": job.environment_rotation_deg, "environment_intensity": job.environment_intensity,
-        "background_visible": job.background_visible, "size_px": list(job.size_px), "spp": spp, "seed": seed,
-        "max_bounces": job.max_bounces, "threads": job.threads, "output": str(image.resolve())}), encoding="utf-8")
+    job_path.write_text(json.dumps(peer_job(job, spp, seed, image)), encoding="utf-8")
     # Debian's Blender finds its Python modules by the first python3 in PATH: that must be Debian's.
     environment = dict(os.environ, PATH="/usr/bin:/bin")
     lines, wall_s, peak_mb, cpu_s = run_measured(
         [blender, "-b", "--factory-startup", "-noaudio", "--debug-cycles", "--python-exit-code", "1", "-P",
-         ROOT / "bench" / "cycles_render.py", "--", job_path], Path(f"{stem}.log"), environment)
+         ROOT / "bench" / "peers" / "render_cycles.py", "--", job_path], Path(f"{stem}.log"), environment)
     path_tracing_s = first_sample_s = None
     for when_s, line in lines:
         if report := re.match(r"\s*Path Tracing\s+([0-9.]+)\s", line):

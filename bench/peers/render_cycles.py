@@ -1,8 +1,9 @@
-"""Renders one glTF scene with Cycles, inside of Blender.
+"""Renders one glTF scene with Cycles, in Blender or in Blender's Python module.
 
-    blender -b --factory-startup --python-exit-code 1 -P cycles_render.py -- JOB.json
+    blender -b --factory-startup --python-exit-code 1 -P render_cycles.py -- JOB.json
+    PYTHON render_cycles.py JOB.json
 
-The job is written by renderers.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
+PYTHON is that of the environment of install.py. The job is written by renderers.py. Settings are those that make a plain path tracer of Cycles: no denoising, no
 clamps, no adaptive sampling, no glossy blur, no light threshold, caustics on, box filter, single-scatter GGX.
 """
 # SPDX-License-Identifier: Apache-2.0
@@ -53,7 +54,7 @@ def repair_materials(gltf):
         for node in principled_nodes(material):
             node.distribution = "GGX"
             if name in without_specular:
-                node.inputs["Specular"].default_value = 0.0
+                node.inputs["Specular" if "Specular" in node.inputs else "Specular IOR Level"].default_value = 0.0
 
 
 def set_world(job):
@@ -69,7 +70,7 @@ def set_world(job):
         return
     texture = nodes.new("ShaderNodeTexEnvironment")
     texture.image = bpy.data.images.load(job["environment"])
-    texture.image.colorspace_settings.name = "Linear"
+    texture.image.colorspace_settings.name = "Linear" if bpy.app.version < (4, 0) else "Linear Rec.709"
     texture.projection = "EQUIRECTANGULAR"
     coordinates = nodes.new("ShaderNodeTexCoord")
     mapping = nodes.new("ShaderNodeMapping")
@@ -133,7 +134,7 @@ def set_camera(gltf, size_px):
     """Selects the first camera of the file; glTF's vertical angle of view holds for any aspect ratio."""
     cameras = [thing for thing in bpy.context.scene.objects if thing.type == "CAMERA"]
     if not cameras:
-        sys.exit("cycles_render.py: the scene has no camera")
+        sys.exit("render_cycles.py: the scene has no camera")
     camera = cameras[0]
     bpy.context.scene.camera = camera
     perspective = gltf["cameras"][0].get("perspective") if gltf.get("cameras") else None
@@ -144,8 +145,23 @@ def set_camera(gltf, size_px):
     camera.data.dof.use_dof = False
 
 
+def timed_render(samples, write):
+    """Returns the seconds of a render on the clock, and of all threads."""
+    bpy.context.scene.cycles.samples = samples
+    wall, cpu = time.perf_counter(), time.process_time()
+    bpy.ops.render.render(write_still=write)
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def path_tracing_times(samples):
+    """Renders one sample, then all: their difference leaves out what is no path tracing (synchronization, the BVH)."""
+    one = timed_render(1, False)
+    many = timed_render(samples, True)
+    return [max(b - a, 1e-3) * samples / max(samples - 1, 1) for a, b in zip(one, many)]
+
+
 def main():
-    with open(sys.argv[sys.argv.index("--") + 1], encoding="utf-8") as file:
+    with open(sys.argv[-1], encoding="utf-8") as file:
         job = json.load(file)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_enable(module="cycles")
@@ -159,6 +175,10 @@ def main():
     set_cycles(job)
     set_camera(gltf, job["size_px"])
     bpy.context.scene.render.filepath = job["output"]
+    if job.get("timed"):
+        wall_s, cpu_s = path_tracing_times(job["spp"])
+        print("PEER-RESULT " + json.dumps({"version": bpy.app.version_string, "wall_s": wall_s, "cpu_s": cpu_s}), flush=True)
+        return
     render_started = time.perf_counter()
     print("KINDLING-RENDER-STARTS", flush=True)
     bpy.ops.render.render(write_still=True)

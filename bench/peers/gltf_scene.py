@@ -1,0 +1,246 @@
+"""Reads glTF as plain triangles, materials and a camera, for renderers that read no glTF.
+
+Static scenes without compression: nodes, meshes of triangles, KHR_materials_{specular,ior,transmission,volume,
+emissive_strength}. A file that requires more ends with a message.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import base64
+import json
+import struct
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+READ = {"KHR_materials_specular", "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume",
+        "KHR_materials_emissive_strength"}
+
+
+@dataclass
+class Mesh:
+    """Triangles of one material, in world space (meters, y up)."""
+    positions: np.ndarray  # (n, 3)
+    normals: np.ndarray | None  # (n, 3)
+    texcoords: np.ndarray | None  # (n, 2), v down as in glTF
+    triangles: np.ndarray  # (m, 3)
+    material: "Material"
+
+
+@dataclass
+class Material:
+    """As glTF defines it. Textures are files, or None."""
+    name: str = "default"
+    base_color: tuple = (1.0, 1.0, 1.0)
+    alpha: float = 1.0
+    alpha_mode: str = "OPAQUE"
+    alpha_cutoff: float = 0.5
+    base_color_texture: Path | None = None
+    metallic: float = 1.0
+    roughness: float = 1.0
+    metallic_roughness_texture: Path | None = None
+    normal_texture: Path | None = None
+    normal_scale: float = 1.0
+    emission: tuple = (0.0, 0.0, 0.0)  # radiance
+    emission_texture: Path | None = None
+    double_sided: bool = False
+    specular: float = 1.0
+    ior: float = 1.5
+    transmission: float = 0.0
+    thickness: float = 0.0  # above 0: the mesh bounds a solid
+    attenuation_color: tuple = (1.0, 1.0, 1.0)
+    attenuation_distance: float = float("inf")
+
+    def emits(self):
+        return any(value > 0.0 for value in self.emission)
+
+
+@dataclass
+class Camera:
+    to_world: np.ndarray  # (4, 4), looks along -z
+    yfov_rad: float
+
+
+@dataclass
+class GltfScene:
+    meshes: list = field(default_factory=list)
+    camera: Camera | None = None
+
+
+def read_scene(path, folder):
+    """The default scene of a file. Embedded images are written to `folder`."""
+    return Reader(Path(path), Path(folder)).read()
+
+
+class Reader:
+    def __init__(self, path, folder):
+        self.path, self.folder = path, folder
+        data = path.read_bytes()
+        self.binary = b""
+        if data[:4] == b"glTF":
+            length = struct.unpack_from("<I", data, 12)[0]
+            self.gltf = json.loads(data[20:20 + length])
+            self.binary = data[20 + length + 8:]
+        else:
+            self.gltf = json.loads(data)
+        if unread := set(self.gltf.get("extensionsRequired", [])) - READ:
+            sys.exit(f"{path}: requires {', '.join(sorted(unread))}, which this reader does not have")
+        self.materials = [self.material(entry) for entry in self.gltf.get("materials", [])]
+
+    def read(self):
+        scene = GltfScene()
+        roots = self.gltf["scenes"][self.gltf.get("scene", 0)]["nodes"]
+        self.add_nodes(roots, np.eye(4), scene)
+        return scene
+
+    def add_nodes(self, nodes, parent, scene):
+        for index in nodes:
+            node = self.gltf["nodes"][index]
+            world = parent @ local_matrix(node)
+            if "mesh" in node:
+                for primitive in self.gltf["meshes"][node["mesh"]]["primitives"]:
+                    if primitive.get("mode", 4) == 4:
+                        scene.meshes.append(self.mesh(primitive, world))
+            if "camera" in node and scene.camera is None:
+                perspective = self.gltf["cameras"][node["camera"]].get("perspective")
+                if perspective is None:
+                    sys.exit(f"{self.path}: its camera is not a perspective one")
+                scene.camera = Camera(world, perspective["yfov"])
+            self.add_nodes(node.get("children", []), world, scene)
+
+    def mesh(self, primitive, world):
+        attributes = primitive["attributes"]
+        positions = self.accessor(attributes["POSITION"]).astype(np.float64)
+        linear = world[:3, :3]
+        normals = None
+        if "NORMAL" in attributes:
+            normals = self.accessor(attributes["NORMAL"]).astype(np.float64) @ np.linalg.inv(linear)
+            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        texcoords = self.accessor(attributes["TEXCOORD_0"]).astype(np.float32) if "TEXCOORD_0" in attributes else None
+        triangles = self.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(len(positions))
+        triangles = triangles.reshape(-1, 3).astype(np.int32)
+        if np.linalg.det(linear) < 0.0:
+            triangles = triangles[:, ::-1].copy()
+        material = self.materials[primitive["material"]] if "material" in primitive else Material()
+        return Mesh((positions @ linear.T + world[:3, 3]).astype(np.float32),
+                    None if normals is None else normals.astype(np.float32), texcoords, triangles, material)
+
+    def accessor(self, index):
+        accessor = self.gltf["accessors"][index]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            sys.exit(f"{self.path}: accessor {index} is sparse, which this reader does not have")
+        view = self.gltf["bufferViews"][accessor["bufferView"]]
+        kind, width = np.dtype(COMPONENTS[accessor["componentType"]]), WIDTHS[accessor["type"]]
+        stride = view.get("byteStride", kind.itemsize * width)
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        values = np.ndarray((accessor["count"], width), kind, self.buffer(view["buffer"]), start, (stride, kind.itemsize))
+        if accessor.get("normalized"):
+            return np.maximum(values.astype(np.float32) / np.iinfo(kind).max, -1.0)
+        return values
+
+    def buffer(self, index):
+        uri = self.gltf["buffers"][index].get("uri")
+        return self.binary if uri is None else self.bytes_of(uri)
+
+    def bytes_of(self, uri):
+        if uri.startswith("data:"):
+            return base64.b64decode(uri.split(",", 1)[1])
+        return (self.path.parent / uri).read_bytes()
+
+    def texture(self, slot):
+        """The file of a texture's image; repeated and unmoved."""
+        if slot is None:
+            return None
+        image = self.gltf["images"][self.gltf["textures"][slot["index"]]["source"]]
+        if "uri" in image and not image["uri"].startswith("data:"):
+            return self.path.parent / image["uri"]
+        if "uri" in image:
+            data = self.bytes_of(image["uri"])
+        else:
+            view = self.gltf["bufferViews"][image["bufferView"]]
+            start = view.get("byteOffset", 0)
+            data = self.buffer(view["buffer"])[start:start + view["byteLength"]]
+        number = self.gltf["images"].index(image)
+        file = self.folder / f"image{number}{'.png' if data[:4] == bytes([137]) + b'PNG' else '.jpg'}"
+        if not file.is_file():
+            file.write_bytes(data)
+        return file
+
+    def material(self, entry):
+        base = entry.get("pbrMetallicRoughness", {})
+        extensions = entry.get("extensions", {})
+        color = base.get("baseColorFactor", [1.0] * 4)
+        strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+        volume = extensions.get("KHR_materials_volume", {})
+        normal = entry.get("normalTexture")
+        return Material(
+            name=entry.get("name", "material"), base_color=tuple(color[:3]), alpha=color[3],
+            alpha_mode=entry.get("alphaMode", "OPAQUE"), alpha_cutoff=entry.get("alphaCutoff", 0.5),
+            base_color_texture=self.texture(base.get("baseColorTexture")),
+            metallic=base.get("metallicFactor", 1.0), roughness=base.get("roughnessFactor", 1.0),
+            metallic_roughness_texture=self.texture(base.get("metallicRoughnessTexture")),
+            normal_texture=self.texture(normal), normal_scale=normal.get("scale", 1.0) if normal else 1.0,
+            emission=tuple(strength * value for value in entry.get("emissiveFactor", [0.0] * 3)),
+            emission_texture=self.texture(entry.get("emissiveTexture")), double_sided=entry.get("doubleSided", False),
+            specular=extensions.get("KHR_materials_specular", {}).get("specularFactor", 1.0),
+            ior=extensions.get("KHR_materials_ior", {}).get("ior", 1.5),
+            transmission=extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0),
+            thickness=volume.get("thicknessFactor", 0.0), attenuation_color=tuple(volume.get("attenuationColor", [1.0] * 3)),
+            attenuation_distance=volume.get("attenuationDistance", float("inf")))
+
+
+def local_matrix(node):
+    if "matrix" in node:
+        return np.array(node["matrix"], np.float64).reshape(4, 4).T
+    matrix = np.eye(4)
+    x, y, z, w = node.get("rotation", [0.0, 0.0, 0.0, 1.0])
+    matrix[:3, :3] = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                               [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                               [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    matrix[:3, :3] *= np.array(node.get("scale", [1.0, 1.0, 1.0]))
+    matrix[:3, 3] = node.get("translation", [0.0, 0.0, 0.0])
+    return matrix
+
+
+def is_closed(mesh):
+    """Whether every edge has as many triangles in one direction as in the other."""
+    _, places = np.unique(mesh.positions, axis=0, return_inverse=True)
+    corners = places.reshape(-1)[mesh.triangles].astype(np.int64)
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    forward, backward = (np.sort(a * (len(places) + 1) + b) for a, b in ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0])))
+    return np.array_equal(forward, backward)
+
+
+def back_of(mesh):
+    """The same triangles turned over, a ten-thousandth of the mesh's size behind it, so that no ray meets both at once."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    behind = -np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    behind /= np.maximum(np.linalg.norm(behind, axis=1, keepdims=True), 1e-30)
+    moved = corners + 1e-4 * np.ptp(mesh.positions, axis=0).max() * behind[:, None, :]
+    order = mesh.triangles.ravel()
+    return Mesh(moved.reshape(-1, 3).astype(np.float32), None if mesh.normals is None else -mesh.normals[order],
+                None if mesh.texcoords is None else mesh.texcoords[order],
+                np.arange(len(order), dtype=np.int32).reshape(-1, 3)[:, ::-1].copy(), mesh.material)
+
+
+def write_ply(mesh, path):
+    """A binary PLY file of a mesh: positions, normals and texture coordinates as far as it has them."""
+    names, columns = ["x", "y", "z"], [mesh.positions]
+    if mesh.normals is not None:
+        names += ["nx", "ny", "nz"]
+        columns.append(mesh.normals)
+    if mesh.texcoords is not None:
+        names += ["s", "t"]
+        columns.append(mesh.texcoords)
+    vertices = np.concatenate(columns, axis=1).astype("<f4")
+    faces = np.empty(len(mesh.triangles), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
+    faces["count"], faces["corners"] = 3, mesh.triangles
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}",
+              *(f"property float {name}" for name in names), f"element face {len(faces)}",
+              "property list uchar int vertex_indices", "end_header"]
+    with open(path, "wb") as file:
+        file.write(("\n".join(header) + "\n").encode())
+        file.write(vertices.tobytes())
+        file.write(faces.tobytes())

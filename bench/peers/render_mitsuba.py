@@ -1,0 +1,185 @@
+"""Renders one glTF scene with Mitsuba 3, in its llvm variant.
+
+    PYTHON render_mitsuba.py JOB.json
+
+PYTHON is that of the environment of install.py; the job is written by run.py. Settings are those of a plain path
+tracer: integrator `path` (or `volpath` where glass absorbs), box filter, independent samples, as Mitsuba's defaults are.
+What differs from glTF: see README.md.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import math
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import drjit as dr
+import numpy as np
+
+import mitsuba as mi
+
+import gltf_scene
+
+# The first variant whose library is found: vector code for this processor.
+mi.set_variant("llvm_ad_rgb")
+
+MIN_ALPHA = 1e-4
+
+
+def rgb(values):
+    return {"type": "rgb", "value": [float(value) for value in values]}
+
+
+class Converter:
+    def __init__(self, folder):
+        self.folder = folder
+        self.absorbs = False
+
+    def scene(self, gltf, job):
+        scene = {"type": "scene", "sensor": self.sensor(gltf.camera, job)}
+        materials = {}
+        for mesh in gltf.meshes:
+            if id(mesh.material) not in materials:
+                materials[id(mesh.material)] = f"material{len(materials)}"
+                scene[materials[id(mesh.material)]] = self.bsdf(mesh.material)
+        for number, mesh in enumerate(gltf.meshes):
+            self.add_mesh(scene, number, mesh, materials[id(mesh.material)])
+        if job["environment"]:
+            scene["environment"] = {"type": "envmap", "filename": job["environment"], "scale": job["environment_intensity"],
+                                    "to_world": environment_to_world(job["environment_rotation_deg"])}
+        depth = job["max_bounces"] + 2  # Mitsuba counts segments: 1 is emission, 2 direct light
+        scene["integrator"] = {"type": "volpath" if self.absorbs else "path", "max_depth": depth,
+                               "hide_emitters": not job["background_visible"]}
+        return scene
+
+    @staticmethod
+    def sensor(camera, job):
+        flip = np.diag([-1.0, 1.0, -1.0, 1.0])  # Mitsuba's cameras look along +z, with x to the left
+        width, height = job["size_px"]
+        return {"type": "perspective", "fov_axis": "y", "fov": math.degrees(camera.yfov_rad), "near_clip": 1e-3, "far_clip": 1e6,
+                "to_world": mi.ScalarTransform4f((camera.to_world @ flip).tolist()),
+                "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"},
+                         "pixel_format": "rgb", "component_format": "float32"},
+                "sampler": {"type": "independent", "sample_count": job["spp"]}}
+
+    def add_mesh(self, scene, number, mesh, material):
+        file = self.folder / f"mesh{number}.ply"
+        gltf_scene.write_ply(mesh, file)
+        shape = {"type": "ply", "filename": str(file), "face_normals": mesh.normals is None,
+                 "bsdf": {"type": "ref", "id": material}}
+        if mesh.material.transmission > 0.0 and mesh.material.thickness > 0.0 and (medium := self.medium(mesh.material)):
+            shape["interior"] = medium
+        if mesh.material.emits():
+            shape["emitter"] = {"type": "area", "radiance": self.emission(mesh.material)}
+        scene[f"mesh{number}"] = shape
+        if mesh.material.emits() and not gltf_scene.is_closed(mesh):  # Mitsuba's emitters have one side
+            back = self.folder / f"mesh{number}.back.ply"
+            gltf_scene.write_ply(gltf_scene.back_of(mesh), back)
+            scene[f"mesh{number}back"] = dict(shape, filename=str(back))
+
+    def emission(self, material):
+        if material.emission_texture is None:
+            return rgb(material.emission)
+        texels = linear(load_texels(material.emission_texture)[..., :3])
+        return bitmap(texels * np.array(material.emission, np.float32))
+
+    def medium(self, material):
+        if material.attenuation_distance == float("inf") or min(material.attenuation_color) >= 1.0:
+            return None
+        self.absorbs = True
+        sigma = [-math.log(max(value, 1e-6)) / material.attenuation_distance for value in material.attenuation_color]
+        return {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(sigma)}
+
+    def bsdf(self, material):
+        bsdf = self.opaque(material) if material.transmission == 0.0 else self.glass(material)
+        if material.normal_texture is not None:
+            texels = load_texels(material.normal_texture)[..., :3]
+            texels[..., :2] = 0.5 + (texels[..., :2] - 0.5) * material.normal_scale
+            bsdf = {"type": "normalmap", "normalmap": bitmap(texels), "bsdf": bsdf}
+        if material.transmission == 0.0:
+            bsdf = {"type": "twosided", "bsdf": bsdf}
+        opacity = self.opacity(material)
+        return {"type": "mask", "opacity": opacity, "bsdf": bsdf} if opacity is not None else bsdf
+
+    @staticmethod
+    def opacity(material):
+        if material.alpha_mode == "OPAQUE":
+            return None
+        if material.base_color_texture is None:
+            return material.alpha
+        texels = load_texels(material.base_color_texture)
+        alpha = (texels[..., 3:4] if texels.shape[2] == 4 else np.ones_like(texels[..., :1])) * material.alpha
+        return bitmap((alpha >= material.alpha_cutoff).astype(np.float32) if material.alpha_mode == "MASK" else alpha)
+
+    @staticmethod
+    def opaque(material):
+        color = rgb(material.base_color)
+        if material.base_color_texture is not None:
+            color = bitmap(linear(load_texels(material.base_color_texture)[..., :3]) * np.array(material.base_color, np.float32))
+        if material.specular == 0.0 and material.metallic == 0.0:
+            return {"type": "diffuse", "reflectance": color}
+        roughness, metallic = material.roughness, material.metallic
+        if material.metallic_roughness_texture is not None:
+            texels = load_texels(material.metallic_roughness_texture)
+            roughness, metallic = bitmap(texels[..., 1:2] * roughness), bitmap(texels[..., 2:3] * metallic)
+        if metallic == 1.0 and not isinstance(roughness, dict):  # a metal alone: its exact model
+            return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": max(roughness ** 2, MIN_ALPHA),
+                    "specular_reflectance": color}
+        reflectance = material.specular * ((material.ior - 1.0) / (material.ior + 1.0)) ** 2
+        return {"type": "principled", "base_color": color, "roughness": roughness, "metallic": metallic,
+                "specular": min(reflectance / 0.08, 1.0)}
+
+    @staticmethod
+    def glass(material):
+        kind = {"type": "thindielectric"} if material.thickness == 0.0 else {"type": "dielectric"}
+        if material.roughness > 0.01 and material.thickness > 0.0:
+            kind = {"type": "roughdielectric", "distribution": "ggx", "alpha": max(material.roughness ** 2, MIN_ALPHA)}
+        return kind | {"int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": rgb(material.base_color)}
+
+
+def environment_to_world(rotation_deg):
+    """glTF's direction (x, y, z) is at u = 0.5 + atan2(z, x) / 2 pi of the image; Mitsuba's at atan2(x, -z) / 2 pi."""
+    turn = mi.ScalarTransform4f().rotate([0, 1, 0], rotation_deg)
+    return turn @ mi.ScalarTransform4f([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+
+
+def load_texels(path):
+    """(height, width, channels) in [0, 1], as stored."""
+    bitmap_read = mi.Bitmap(str(path))
+    texels = np.array(bitmap_read)
+    texels = texels[..., None] if texels.ndim == 2 else texels
+    return texels.astype(np.float32) / (np.iinfo(texels.dtype).max if texels.dtype.kind == "u" else 1.0)
+
+
+def linear(texels):
+    return np.where(texels <= 0.04045, texels / 12.92, ((texels + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def bitmap(texels):
+    return {"type": "bitmap", "data": mi.TensorXf(np.ascontiguousarray(texels, np.float32)), "raw": True}
+
+
+def timed_render(scene, spp, seed):
+    """Returns (pixels, wall seconds, CPU seconds of all threads)."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    image = mi.render(scene, spp=spp, seed=seed)
+    dr.eval(image)
+    dr.sync_thread()
+    pixels = np.array(image)
+    return pixels, time.perf_counter() - wall, time.process_time() - cpu
+
+
+def main():
+    job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    dr.set_thread_count(job["threads"])
+    with tempfile.TemporaryDirectory() as folder:
+        gltf = gltf_scene.read_scene(job["scene"], folder)
+        scene = mi.load_dict(Converter(Path(folder)).scene(gltf, job))
+        timed_render(scene, job["spp"], job["seed"] + 1_000_000)  # compiles the kernels
+        pixels, wall_s, cpu_s = timed_render(scene, job["spp"], job["seed"])
+    mi.Bitmap(pixels).write(job["output"])
+    print("PEER-RESULT " + json.dumps({"version": mi.__version__, "wall_s": wall_s, "cpu_s": cpu_s}), flush=True)
+
+
+main()

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Tests of bench/peers: reading of glTF, PLY files, and what happens where a renderer is missing.
+
+test_peers.py BENCH_FOLDER SCENES_FOLDER
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+sys.path.insert(0, str(Path(sys.argv[1])))
+sys.dont_write_bytecode = True
+import with_numpy  # noqa: F401
+import numpy as np
+
+from peers import gltf_scene, install, run
+
+BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
+
+
+class ReadScene(unittest.TestCase):
+    def test_cornell_box(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = gltf_scene.read_scene(SCENES / "cornell_box.glb", folder)
+        self.assertGreater(scene.camera.yfov_rad, 0.1)
+        lamps = [mesh for mesh in scene.meshes if mesh.material.emits()]
+        self.assertEqual(len(lamps), 1)
+        self.assertFalse(gltf_scene.is_closed(lamps[0]))
+        bounds = np.concatenate([mesh.positions for mesh in scene.meshes])
+        for mesh in scene.meshes:
+            self.assertLess(mesh.triangles.max(), len(mesh.positions))
+            self.assertTrue(np.isfinite(mesh.positions).all())
+        self.assertTrue((np.ptp(bounds, axis=0) > 0.1).all())
+
+    def test_transforms(self):
+        """A triangle in a node that is turned by 90 degrees about y, below one that is mirrored and moved."""
+        data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+        half = 0.5 ** 0.5
+        gltf = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+                "nodes": [{"translation": [5, 0, 0], "scale": [-1, 1, 1], "children": [1]}, {"rotation": [0, half, 0, half], "mesh": 0}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+                "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "a.bin"}]}
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "a.bin").write_bytes(data)
+            (Path(folder) / "a.gltf").write_text(json.dumps(gltf))
+            mesh = gltf_scene.read_scene(Path(folder) / "a.gltf", folder).meshes[0]
+        self.assertTrue(np.allclose(mesh.positions, [[5, 0, 0], [5, 0, -1], [5, 1, 0]], atol=1e-6))
+        self.assertEqual(mesh.triangles.tolist(), [[2, 1, 0]])  # mirrored: turned over
+
+    def test_required_extensions_that_are_not_read_end_with_a_message(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "a.gltf"
+            file.write_text(json.dumps({"extensionsRequired": ["EXT_meshopt_compression"]}))
+            with self.assertRaisesRegex(SystemExit, "EXT_meshopt_compression"):
+                gltf_scene.read_scene(file, folder)
+
+
+class Meshes(unittest.TestCase):
+    def tetrahedron(self):
+        positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
+        triangles = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
+        return gltf_scene.Mesh(positions, None, None, triangles, gltf_scene.Material())
+
+    def test_closed_meshes(self):
+        mesh = self.tetrahedron()
+        self.assertTrue(gltf_scene.is_closed(mesh))
+        mesh.triangles = mesh.triangles[:3]
+        self.assertFalse(gltf_scene.is_closed(mesh))
+        soup = self.tetrahedron()  # each triangle with corners of its own
+        soup.positions, soup.triangles = soup.positions[soup.triangles.ravel()], np.arange(12).reshape(4, 3)
+        self.assertTrue(gltf_scene.is_closed(soup))
+
+    def test_backs_face_the_other_way(self):
+        mesh = self.tetrahedron()
+        mesh.triangles = mesh.triangles[:1]  # z = 0, faces -z
+        back = gltf_scene.back_of(mesh)
+        corners = back.positions[back.triangles[0]]
+        self.assertGreater(np.cross(corners[1] - corners[0], corners[2] - corners[0])[2], 0.0)
+        self.assertTrue(np.allclose(back.positions[:, 2], 1e-4, atol=1e-6))  # behind: towards +z
+
+    def test_ply(self):
+        mesh = self.tetrahedron()
+        mesh.texcoords = np.arange(8, dtype=np.float32).reshape(4, 2)
+        with tempfile.TemporaryDirectory() as folder:
+            gltf_scene.write_ply(mesh, Path(folder) / "a.ply")
+            header, body = (Path(folder) / "a.ply").read_bytes().split(b"end_header\n")
+        self.assertIn(b"element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n", header)
+        self.assertEqual(np.frombuffer(body, "<f4", 5, 20).tolist(), [1.0, 0.0, 0.0, 2.0, 3.0])
+        self.assertEqual(struct.unpack_from("<B3i", body, 4 * 20), (3, 0, 2, 1))
+        self.assertEqual(len(body), 4 * 20 + 4 * 13)
+
+
+class Installation(unittest.TestCase):
+    def test_missing_renderers_are_left_out(self):
+        with tempfile.TemporaryDirectory() as cache, mock.patch.dict(os.environ, {"XDG_CACHE_HOME": cache}), \
+                mock.patch.object(install.subprocess, "run", return_value=subprocess.CompletedProcess([], 1, "", "no network")):
+            self.assertFalse(install.installed("luxcore"))
+            self.assertEqual(run.prepare(["luxcore"]), [])
+            install.environment_folder().joinpath("bin").mkdir(parents=True)
+            install.python().touch()
+            self.assertEqual(install.install(["luxcore"]), {"luxcore": "no network"})
+
+    def test_unknown_names(self):
+        done = subprocess.run([sys.executable, BENCH / "peers" / "install.py", "povray"], capture_output=True, text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("no renderer povray; there are cycles, mitsuba, luxcore", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
