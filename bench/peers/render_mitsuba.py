@@ -172,10 +172,10 @@ def timed_render(scene, spp, seed):
 
 def main():
     job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    dr.set_thread_count(job["threads"])
     with tempfile.TemporaryDirectory() as folder:
         gltf = gltf_scene.read_scene(job["scene"], folder)
         scene = mi.load_dict(Converter(Path(folder)).scene(gltf, job))
+        dr.set_thread_count(job["threads"])  # loading waits for ever with one thread
         timed_render(scene, job["spp"], job["seed"] + 1_000_000)  # compiles the kernels
         pixels, wall_s, cpu_s = timed_render(scene, job["spp"], job["seed"])
     mi.Bitmap(pixels).write(job["output"])

@@ -173,7 +173,9 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
       "--max-transmission-bounces", "N",
       fmt::format("Maximum number of transmissions, counted separately [--max-bounces + {}]", kMoreTransmissions),
       [&s](auto text) { return store(parse_integer(text, 0, kMaxBounces), s.max_transmission_bounces); });
-  flags.value("--roulette-start", "N", fmt::format("First bounce with Russian roulette [{}]", s.roulette_start_bounce),
+  flags.value("--roulette-start", "N",
+              fmt::format("First bounce with Russian roulette, not counting transmissions and narrow reflections [{}]",
+                          s.roulette_start_bounce),
               [&s](auto text) { return store(parse_integer(text, 1, kMaxBounces), s.roulette_start_bounce); });
   flags.value("--clamp-direct", "RADIANCE",
               "Clamp each component of a sample's direct light to this value; biased [no limit]",

@@ -128,8 +128,9 @@ struct PathStages {
   // Records the data of a surface where a path ends or scatters; `bsdf` is null if it ends.
   void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
                       const PathState& state, FilmSurface& record) const;
-  // Counts a bounce. True if the surface that it leads to may reflect in turn, within all limits.
-  [[nodiscard]] bool count_bounce(Lobe lobe, PathState& state) const;
+  // Counts a bounce whose direction had the density `pdf`. True if the surface that it leads to may
+  // reflect in turn, within all limits.
+  [[nodiscard]] bool count_bounce(Lobe lobe, float pdf, PathState& state) const;
 
   // Layers and media (path_media.cpp).
   //

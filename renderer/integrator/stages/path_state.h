@@ -35,6 +35,7 @@ struct PathState {
   uint8_t diffuse_bounces = 0;
   uint8_t glossy_bounces = 0;
   uint8_t transmission_bounces = 0;
+  uint8_t narrow_bounces = 0;       // transmissions, and reflections by narrow lobes
   bool emission_only = false;       // a bounce limit is reached: only emission counts at the next hit
   uint8_t transparent_surfaces = 0; // passed since the last reflection
   WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
@@ -49,6 +50,9 @@ struct PathState {
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
 static_assert(sizeof(PathState) == 120);
+
+// Density from which on a reflection is narrow, per steradian: lobes of about ten degrees.
+inline constexpr float kNarrowDensity = 30.0f;
 
 // Maximum number of transparent surfaces in a row: further ones absorb what is left of a path or
 // shadow ray.

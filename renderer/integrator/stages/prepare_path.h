@@ -25,8 +25,10 @@ inline LightQuery PathStages::light_query(const PathInFlight& path, const Surfac
           sampled.draws.spare, sampled.light_probabilities, time};
 }
 
-inline bool PathStages::count_bounce(Lobe lobe, PathState& state) const {
+inline bool PathStages::count_bounce(Lobe lobe, float pdf, PathState& state) const {
   ++state.bounce;
+  const bool narrow = lobe == Lobe::glossy && (pdf == 0.0f || pdf > kNarrowDensity);
+  if (lobe == Lobe::transmission || narrow) ++state.narrow_bounces;
   bool within = true;
   switch (lobe) {
   case Lobe::diffuse: within &= ++state.diffuse_bounces <= settings.max_diffuse_bounces; break;

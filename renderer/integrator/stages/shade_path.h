@@ -121,14 +121,15 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   if (path.surface && scattered->lobe == Lobe::diffuse) path.surface->guide_found = true;
 
   // Russian roulette by the square root of the throughput spares paths that may still meet a bright
-  // light.
-  if (state.bounce >= settings.roulette_start_bounce) {
+  // light. Narrow bounces do not count: what glass and mirrors show is to have as many as it has
+  // when it is seen directly.
+  if (state.bounce - state.narrow_bounces >= settings.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     if (vertex.sampled.draws.roulette >= survival) return;
     state.throughput /= survival;
   }
 
-  state.emission_only = !count_bounce(scattered->lobe, state);
+  state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
   state.bsdf_pdf = scattered->pdf;
