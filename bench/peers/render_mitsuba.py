@@ -9,6 +9,7 @@ What differs from glTF: see README.md.
 # SPDX-License-Identifier: Apache-2.0
 import json
 import math
+import os
 import sys
 import tempfile
 import time
@@ -172,10 +173,12 @@ def timed_render(scene, spp, seed):
 
 def main():
     job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    # A pool of one thread waits for ever: with one, two threads share a core.
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:job["threads"]])
+    dr.set_thread_count(max(job["threads"], 2))
     with tempfile.TemporaryDirectory() as folder:
         gltf = gltf_scene.read_scene(job["scene"], folder)
         scene = mi.load_dict(Converter(Path(folder)).scene(gltf, job))
-        dr.set_thread_count(job["threads"])  # loading waits for ever with one thread
         timed_render(scene, job["spp"], job["seed"] + 1_000_000)  # compiles the kernels
         pixels, wall_s, cpu_s = timed_render(scene, job["spp"], job["seed"])
     mi.Bitmap(pixels).write(job["output"])
