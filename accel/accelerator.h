@@ -128,7 +128,10 @@ struct BuildOptions {
   // Instruction set of the kernels; if unset, the best one that the processor supports. The kd-tree
   // accepts simd_targets(), Embree embree_simd_targets(); brute force ignores it.
   std::optional<SimdTarget> simd;
-  bool robust = true;                        // watertight at some cost in speed (Embree: RTC_SCENE_FLAG_ROBUST)
+  bool robust = true; // watertight at some cost in speed (Embree: RTC_SCENE_FLAG_ROBUST)
+  // Prepares all_hits(). Only Embree needs it: it then calls back for every triangle that a ray
+  // meets, and keeps the instances' matrices.
+  bool all_hits = false;
   const std::atomic<bool>* cancel = nullptr; // polled often; a cancelled build returns null
   std::function<void(double)> on_progress;   // fraction done in [0, 1]; called from any one thread at a time
 };
@@ -147,6 +150,17 @@ struct Statistics {
   std::vector<size_t> leaf_sizes;         // leaf_sizes[n]: number of leaves with n references; empty if not reported
   SimdTarget simd = SimdTarget::portable; // instruction set of the kernels in use
 };
+
+// A place where a ray passes through a surface.
+struct Crossing {
+  Hit hit;
+  // The ray meets the side from which the corners run counter-clockwise, in the space of the mesh:
+  // it enters a closed mesh with outward normals, mirrored instances included.
+  bool front = false;
+
+  bool operator==(const Crossing& other) const = default;
+};
+inline constexpr size_t kNoLimit = static_cast<size_t>(-1);
 
 // The nodes, leaves and triangles that a ray visits.
 struct TraversalCost {
@@ -189,6 +203,19 @@ class Accelerator {
   // Any-hit version with the same exception: shadow rays from a tile's first surfaces to one light.
   virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
     this->occluded(rays, occluded);
+  }
+
+  // Replaces `crossings` by the nearest `limit` crossings of surfaces in (t_min, t_max], by
+  // distance, at equal distances by ids. A hit at an edge or a vertex may belong to several
+  // triangles, but each surface is crossed once: those triangles count that a ray beside this one
+  // would cross, displaced by an infinitesimal amount that is the same for all (crosses_sheared()
+  // in triangle.h). So a line crosses a closed mesh an even number of times, as often at the front
+  // as at the back. Returns false, and no crossing, if the accelerator cannot answer
+  // (BuildOptions::all_hits). Allocates nothing but elements of `crossings`. all_hits.h has a
+  // version for many rays.
+  [[nodiscard]] virtual bool all_hits(const Ray& /*ray*/, size_t /*limit*/, std::vector<Crossing>& crossings) const {
+    crossings.clear();
+    return false;
   }
 
   // Returns the cost of the single query, or nullopt if the library does not report it. Slow; for

@@ -3,6 +3,7 @@
 #include "accel/brute_force.h"
 
 #include "accel/affine.h"
+#include "accel/crossing_collector.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
 
@@ -105,6 +106,19 @@ class BruteForce final : public Accelerator {
     assert(blocked.size() == rays.size());
     for (size_t i = 0; i < rays.size(); ++i) blocked[i] = trace<true>(rays[i]).is_hit() ? 1 : 0;
   }
+  [[nodiscard]] bool all_hits(const Ray& ray, size_t limit, std::vector<Crossing>& crossings) const override {
+    CrossingCollector collector(crossings, limit, std::min(ray.t_max, std::numeric_limits<float>::max()));
+    visit_triangles(
+        ray, collector.t_far(), [&](const RayShear& shear, const ShearedTriangle& seen, float t_min, Hit hit) {
+          bool front = false;
+          if (intersect_sheared(seen.a, seen.b, seen.c, shear.sz, t_min, collector.t_far(), hit.t, hit.u, hit.v) &&
+              crosses_sheared(seen.a, seen.b, seen.c, shear.sz, front) && accepts(ray, hit))
+            collector.add({hit, front});
+          return false;
+        });
+    collector.finish();
+    return true;
+  }
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
@@ -134,37 +148,53 @@ class BruteForce final : public Accelerator {
   template <bool kAny>
   Hit trace(const Ray& world) const {
     Hit best;
-    if (!can_hit(world) || filter_.abandoned()) return best;
-    const float t_min = std::max(world.t_min, 0.0f);
     float t_max = std::min(world.t_max, std::numeric_limits<float>::max());
+    visit_triangles(world, t_max, [&](const RayShear& shear, const ShearedTriangle& seen, float t_min, Hit hit) {
+      if (!intersect_sheared(seen.a, seen.b, seen.c, shear.sz, t_min, t_max, hit.t, hit.u, hit.v)) return false;
+      if (best.is_hit() && hit.t == best.t) return false; // a tie: the earlier triangle has the smaller ids
+      if (!accepts(world, hit)) return false;
+      best = hit;
+      t_max = hit.t;
+      return kAny;
+    });
+    return best;
+  }
+
+  struct ShearedTriangle {
+    ShearedCorner a, b, c;
+  };
+
+  [[nodiscard]] bool accepts(const Ray& world, const Hit& hit) const {
+    return meshes_[hit.mesh].opaque || filter_.accept == nullptr || filter_.accept(filter_.context, world, hit);
+  }
+
+  // Calls visit(shear, triangle, t_min, ids) for the triangles that the ray may hit up to t_max,
+  // which visit may narrow, by rising ids; ends when visit returns true.
+  template <class Visit>
+  void visit_triangles(const Ray& world, const float& t_max, const Visit& visit) const {
+    if (!can_hit(world) || filter_.abandoned()) return;
+    const float t_min = std::max(world.t_min, 0.0f);
     for (const PlacedGroup& placed : placed_) {
       RayToObject to_object = placed.to_object;
       if (!placed.keys.empty() && !to_object.set_inverse_of(matrix_at(placed.keys, world.time))) continue;
       const Ray ray = placed.identity ? world : to_object(world);
       if (!can_hit(ray)) continue;
       const RayShear shear(ray.origin, ray.direction);
+      const auto sheared = [&](const Imath::V3f& p) {
+        return ShearedCorner(shear, p[shear.kx], p[shear.ky], p[shear.kz]);
+      };
       for (uint32_t m = placed.group.first_mesh; m < placed.group.first_mesh + placed.group.mesh_count; ++m) {
         if (checked_[m].triangles.empty() || !may_hit(checked_[m].bounds, ray, t_max)) continue;
         const TriangleMesh& mesh = meshes_[m];
         const PositionsAt positions(mesh, world.time);
         for (const uint32_t triangle : checked_[m].triangles) {
-          Hit hit;
           const uint32_t* corner = &mesh.indices[3 * static_cast<size_t>(triangle)];
-          if (!intersect_triangle(shear, positions[corner[0]], positions[corner[1]], positions[corner[2]], t_min, t_max,
-                                  hit.t, hit.u, hit.v))
-            continue;
-          if (best.is_hit() && hit.t == best.t) continue; // a tie: the earlier triangle has the smaller ids
-          hit.instance = placed.instance;
-          hit.mesh = m;
-          hit.triangle = triangle;
-          if (!mesh.opaque && filter_.accept != nullptr && !filter_.accept(filter_.context, world, hit)) continue;
-          best = hit;
-          t_max = hit.t;
-          if (kAny) return best;
+          const ShearedTriangle seen{sheared(positions[corner[0]]), sheared(positions[corner[1]]),
+                                     sheared(positions[corner[2]])};
+          if (visit(shear, seen, t_min, Hit{0.0f, 0.0f, 0.0f, placed.instance, m, triangle})) return;
         }
       }
     }
-    return best;
   }
 
   std::vector<TriangleMesh> meshes_;

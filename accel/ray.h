@@ -36,6 +36,7 @@ struct Hit {
   uint32_t triangle = kNoId; // index of the triangle in its mesh
 
   [[nodiscard]] bool is_hit() const { return instance != kNoId; }
+  bool operator==(const Hit& other) const = default;
 };
 static_assert(sizeof(Hit) == 24);
 

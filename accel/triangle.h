@@ -94,6 +94,27 @@ struct ShearedCorner {
   return intersect_sheared(sheared(p0), sheared(p1), sheared(p2), ray.sz, t_min, t_max, t, u, v);
 }
 
+// Returns the side of the directed edge from p to q on which the ray passes: the sign of an edge
+// function. If that is zero, the ray is displaced along x and, by infinitely less, along y
+// (Edelsbrunner and Muecke, "Simulation of simplicity", ACM TOG 9(1), 1990). The answer depends on
+// the two corners alone and is opposite for the edge from q to p.
+[[nodiscard]] inline bool passes_left(const ShearedCorner& p, const ShearedCorner& q) {
+  const float side = difference_of_products(p.x, q.y, p.y, q.x);
+  if (side != 0.0f) return side > 0.0f;
+  return p.y != q.y ? p.y > q.y : q.x > p.x;
+}
+
+// Returns true if a triangle that intersect_sheared() reports as hit is crossed: the displaced ray
+// passes strictly inside of it. All triangles see the same displacement, so a mesh is crossed as by
+// a ray that meets no edge. Sets `front` (see Crossing) only then.
+[[nodiscard]] inline bool crosses_sheared(const ShearedCorner& a, const ShearedCorner& b, const ShearedCorner& c,
+                                          float sz, bool& front) {
+  const bool left = passes_left(a, b);
+  if (passes_left(b, c) != left || passes_left(c, a) != left) return false;
+  front = left == (sz < 0.0f); // axes are permuted cyclically, and x, y, -z sees the corners as they are
+  return true;
+}
+
 // Coordinates beyond this bound count as not finite, since their products would overflow. Embree
 // uses the same bound.
 inline constexpr float kMaxCoordinate = 1.844e18f;

@@ -4,6 +4,7 @@
 
 #include "accel/embree/embree_api.h"
 #include "accel/embree/embree_build.h"
+#include "accel/embree/embree_context.h"
 #include "accel/embree/embree_limits.h"
 #include "accel/embree/embree_rays.h"
 
@@ -16,17 +17,8 @@
 namespace kindling::accel {
 namespace {
 
-using embree::GeometryNames;
+using embree::Context;
 using embree::PacketOf;
-
-// Query context read by the filter callback; Embree's context must come first.
-struct Context {
-  embree::QueryContext embree;
-  const Ray* rays = nullptr; // indexed by RTCRay::id
-  const GeometryNames* names = nullptr;
-  HitFilter filter;
-  const embree::StartedRay* started = nullptr; // the shortened ray traced in place of rays[0], if any
-};
 
 // Bytes of a geometry object, which Embree's memory monitor does not count; measured with ten
 // million of them.
@@ -38,20 +30,6 @@ constexpr bool kHasStreams = KINDLING_EMBREE_MAJOR < 4;
 constexpr size_t kStream = 128;
 constexpr size_t kMinStream = 4;
 
-void filter_callback(const RTCFilterFunctionNArguments* args) {
-  const auto* context = reinterpret_cast<const Context*>(args->context);
-  for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] != -1) continue;
-    const Ray& ray = context->rays[RTCRayN_id(args->ray, args->N, i)];
-    float t = RTCRayN_tfar(args->ray, args->N, i);
-    if (context->started != nullptr) t = context->started->world_t(ray, t);
-    const Hit candidate = to_hit(*context->names, t, RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i),
-                                 RTCHitN_primID(args->hit, args->N, i), RTCHitN_geomID(args->hit, args->N, i),
-                                 RTCHitN_instID(args->hit, args->N, i, 0));
-    if (!context->filter.accept(context->filter.context, ray, candidate)) args->valid[i] = 0;
-  }
-}
-
 class EmbreeAccelerator final : public Accelerator {
  public:
   EmbreeAccelerator(embree::BuiltScenes scenes, const BuildInput& input, const BuildOptions& options, double build_s)
@@ -61,11 +39,13 @@ class EmbreeAccelerator final : public Accelerator {
     statistics_.built_triangle_count = scenes_.built_triangle_count;
     statistics_.simd = simd_of_device();
     quality_ = options.quality;
+    if (options.all_hits) crossing_scene_ = std::make_unique<embree::CrossingScene>(input);
     packet_ = embree::native_packet(scenes_.on.device.get());
     statistics_.instance_count = input.instances.size();
     statistics_.memory_bytes = static_cast<size_t>(scenes_.on.memory_bytes->load()) +
                                (scenes_.names.top.capacity() + scenes_.names.persistent.capacity()) *
-                                   (sizeof(embree::NamedGeometry) + kGeometryObject);
+                                   (sizeof(embree::NamedGeometry) + kGeometryObject) +
+                               (crossing_scene_ ? crossing_scene_->memory_bytes() : 0);
     // True if the top scene holds instances, including that of the persistent scene.
     has_instances_ =
         (scenes_.persistent && scenes_.own_top) ||
@@ -191,6 +171,21 @@ class EmbreeAccelerator final : public Accelerator {
     occluded_singly(rays, blocked, first, query);
   }
 
+  // Searches a little beyond the interval, since Embree's distances are rounded otherwise.
+  [[nodiscard]] bool all_hits(const Ray& ray, size_t limit, std::vector<Crossing>& crossings) const override {
+    crossings.clear();
+    if (!crossing_scene_) return false;
+    if (!can_hit(ray) || filter_.abandoned()) return true;
+    embree::Crossings found(*crossing_scene_, ray, limit, crossings);
+    Ray longer = ray;
+    longer.t_min *= 1.0f - 1e-4f;
+    longer.t_max *= 1.0f + 1e-4f;
+    (void)(embree::is_traceable(longer, scenes_.ray_extent) ? trace_one(longer, nullptr, &found)
+                                                            : intersect_distant(longer, &found));
+    found.finish();
+    return true;
+  }
+
   [[nodiscard]] Imath::Box3f bounds() const override { return bounds_; }
   [[nodiscard]] Statistics statistics() const override { return statistics_; }
 
@@ -198,7 +193,7 @@ class EmbreeAccelerator final : public Accelerator {
     auto out = std::make_unique<embree::PersistentScenes>();
     out->quality = quality_;
     out->robust = robust_;
-    out->filtered = filter_.accept != nullptr;
+    out->filters = embree::filters_for(filter_, crossing_scene_ != nullptr);
     scenes_.own_top = embree::Scene(); // before the scenes that it instances
     if (scenes_.persistent) out->scenes.put(std::move(scenes_.persistent_meshes), std::move(scenes_.persistent));
     for (size_t g = 0; g < scenes_.groups.size(); ++g)
@@ -268,18 +263,23 @@ class EmbreeAccelerator final : public Accelerator {
     occluded_singly(rays, blocked, first, query);
   }
 
-  // For rays that are not traceable: a miss, unless they start far away.
-  [[nodiscard, gnu::noinline]] Hit intersect_distant(const Ray& ray) const {
-    const std::optional<embree::StartedRay> started = start(ray);
-    if (!started) return {};
+  // Traces a ray, or the one that starts in its place. With `crossings` nothing is hit.
+  [[nodiscard]] Hit trace_one(const Ray& ray, const embree::StartedRay* started, embree::Crossings* crossings) const {
     Context context = make_context(&ray);
-    context.started = &*started;
+    context.started = started;
+    context.crossings = crossings;
     embree::Query query(context.embree);
     RTCRayHit ray_hit;
-    embree::fill(started->ray, robust_, 0, ray_hit.ray);
+    embree::fill(started != nullptr ? started->ray : ray, robust_, 0, ray_hit.ray);
     embree::clear(ray_hit.hit);
     query.intersect1(scene_, ray_hit);
-    Hit hit = embree::hit_of(scenes_.names, ray_hit);
+    return embree::hit_of(scenes_.names, ray_hit);
+  }
+  // For rays that are not traceable: a miss, unless they start far away.
+  [[nodiscard, gnu::noinline]] Hit intersect_distant(const Ray& ray, embree::Crossings* crossings = nullptr) const {
+    const std::optional<embree::StartedRay> started = start(ray);
+    if (!started) return {};
+    Hit hit = trace_one(ray, &*started, crossings);
     if (hit.is_hit()) hit.t = started->world_t(ray, hit.t);
     return hit;
   }
@@ -332,6 +332,7 @@ class EmbreeAccelerator final : public Accelerator {
   embree::BuiltScenes scenes_;
   RTCScene scene_;
   HitFilter filter_;
+  std::unique_ptr<const embree::CrossingScene> crossing_scene_; // if all_hits() is prepared
   Quality quality_ = Quality::balanced;
   bool robust_;
   bool has_instances_ = false;
@@ -371,16 +372,17 @@ class OneCall final : public Accelerator {
 std::unique_ptr<Accelerator> make_embree(const BuildInput& input, const BuildOptions& options,
                                          std::unique_ptr<PersistentStructures> previous) {
   const auto start = std::chrono::steady_clock::now();
+  const embree::Filters filters = embree::filters_for(input.filter, options.all_hits);
   std::unique_ptr<embree::PersistentScenes> usable;
   if (auto* scenes = dynamic_cast<embree::PersistentScenes*>(previous.get());
       scenes != nullptr && scenes->quality == options.quality && scenes->robust == options.robust &&
-      scenes->on.simd == options.simd && scenes->filtered == (input.filter.accept != nullptr)) {
+      scenes->on.simd == options.simd && scenes->filters == filters) {
     (void)previous.release();
     usable.reset(scenes);
   }
   previous.reset();
   embree::BuiltScenes scenes;
-  if (!embree::build_scenes(input, options, filter_callback, std::move(usable), scenes)) return nullptr;
+  if (!embree::build_scenes(input, options, filters, std::move(usable), scenes)) return nullptr;
   const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::make_unique<EmbreeAccelerator>(std::move(scenes), input, options, build_s);
 }

@@ -71,8 +71,8 @@ bool count_memory(void* user, ssize_t bytes, bool) {
 
 class Builder {
  public:
-  Builder(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter, BuiltScenes& out)
-      : input_(input), options_(options), filter_(filter), out_(out) {}
+  Builder(const BuildInput& input, const BuildOptions& options, const Filters& filters, BuiltScenes& out)
+      : input_(input), options_(options), filters_(filters), out_(out) {}
 
   bool run(std::unique_ptr<PersistentScenes> previous) {
     if (previous) {
@@ -216,9 +216,9 @@ class Builder {
       // A scene of low quality has one tree per mesh under a top tree; only this setting makes the
       // lower trees cheap too.
       if (options_.quality == Quality::fast) rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_LOW);
-      if (!mesh.opaque && input_.filter.accept != nullptr) {
-        rtcSetGeometryIntersectFilterFunction(geometry.get(), filter_);
-        rtcSetGeometryOccludedFilterFunction(geometry.get(), filter_);
+      if (RTCFilterFunctionN filter = mesh.opaque ? filters_.opaque : filters_.cutout; filter != nullptr) {
+        rtcSetGeometryIntersectFilterFunction(geometry.get(), filter);
+        rtcSetGeometryOccludedFilterFunction(geometry.get(), filter);
       }
       rtcCommitGeometry(geometry.get());
       geometries_[m] = std::move(geometry);
@@ -347,7 +347,7 @@ class Builder {
 
   const BuildInput& input_;
   const BuildOptions& options_;
-  RTCFilterFunctionN filter_;
+  const Filters filters_;
   BuiltScenes& out_;
   std::vector<Geometry> geometries_;  // by mesh; empty if the mesh has no triangles
   std::vector<NamedGeometry> static_; // meshes under identity transforms that are not persistent
@@ -358,9 +358,9 @@ class Builder {
 
 } // namespace
 
-bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
+bool build_scenes(const BuildInput& input, const BuildOptions& options, const Filters& filters,
                   std::unique_ptr<PersistentScenes> previous, BuiltScenes& out) {
-  return Builder(input, options, filter, out).run(std::move(previous));
+  return Builder(input, options, filters, out).run(std::move(previous));
 }
 
 } // namespace kindling::accel::embree

@@ -36,10 +36,19 @@ struct DeviceScenes {
   Device device;
 };
 
+// Functions that Embree calls with candidates: `cutout` for meshes that are not opaque, `opaque`
+// for the others. Either may be null.
+struct Filters {
+  RTCFilterFunctionN cutout = nullptr, opaque = nullptr;
+
+  bool operator==(const Filters& other) const = default;
+};
+
 // Scenes over persistent meshes that one accelerator leaves to the next.
 struct PersistentScenes final : PersistentStructures {
   Quality quality = Quality::balanced;
-  bool robust = true, filtered = false; // filtered: built with a hit filter
+  bool robust = true;
+  Filters filters; // with which they were built
   DeviceScenes on;
   StructureStore<Scene> scenes;
 };
@@ -62,9 +71,8 @@ struct BuiltScenes {
   [[nodiscard]] RTCScene top() const { return own_top ? own_top.get() : persistent.get(); }
 };
 
-// Returns false if cancelled. `filter` is attached to the meshes that are not opaque. `previous`
-// may be null. Throws std::bad_alloc.
-[[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, RTCFilterFunctionN filter,
+// Returns false if cancelled. `previous` may be null. Throws std::bad_alloc.
+[[nodiscard]] bool build_scenes(const BuildInput& input, const BuildOptions& options, const Filters& filters,
                                 std::unique_ptr<PersistentScenes> previous, BuiltScenes& out);
 
 } // namespace kindling::accel::embree

@@ -4,6 +4,7 @@
 
 #include "accel/affine.h"
 #include "accel/kdtree/build.h"
+#include "accel/kdtree/compact/all_hits.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
 #include "accel/kdtree/persistent_trees.h"
@@ -20,6 +21,7 @@
 #include <cassert>
 #include <chrono>
 #include <iterator>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -66,6 +68,18 @@ class KdTreeAccelerator final : public Accelerator {
   void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> blocked) const override {
     assert(blocked.size() == rays.size());
     queries_->occluded_coherent(structure_, rays, blocked);
+  }
+  // Scalar, by the compact queries. Their tables are made by the first call: 64 bytes for each
+  // transformed instance, which statistics() leaves out.
+  [[nodiscard]] bool all_hits(const Ray& ray, size_t limit, std::vector<Crossing>& crossings) const override {
+    std::call_once(tables_made_, [this] { tables_ = std::make_unique<const kd::StructureTables>(structure_); });
+    const auto accepts = [this](const Ray& world, const Hit& candidate) {
+      return structure_.filter.accept == nullptr ||
+             structure_.filter.accept(structure_.filter.context, world, candidate);
+    };
+    crossings.clear();
+    if (!structure_.filter.abandoned()) kd::compact::all_hits(tables_->view(), ray, limit, accepts, crossings);
+    return true;
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
     return kd::traversal_cost(structure_, ray, any_hit);
@@ -356,6 +370,8 @@ class KdTreeAccelerator final : public Accelerator {
   const kd::Queries* queries_ = nullptr;
   bool cancelled_ = false;
   kd::Structure structure_;
+  mutable std::once_flag tables_made_;
+  mutable std::unique_ptr<const kd::StructureTables> tables_; // over structure_, for all_hits()
   Imath::Box3f bounds_;
   Statistics statistics_;
 };

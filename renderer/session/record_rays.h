@@ -36,6 +36,10 @@ class RecordingAccelerator final : public accel::Accelerator {
   [[nodiscard]] std::optional<accel::TraversalCost> traversal_cost(const accel::Ray& ray, bool any_hit) const override {
     return inner_->traversal_cost(ray, any_hit);
   }
+  [[nodiscard]] bool all_hits(const accel::Ray& ray, size_t limit,
+                              std::vector<accel::Crossing>& crossings) const override {
+    return inner_->all_hits(ray, limit, crossings); // not reported: renders do not ask for it
+  }
   [[nodiscard]] Imath::Box3f bounds() const override { return inner_->bounds(); }
   [[nodiscard]] accel::Statistics statistics() const override { return inner_->statistics(); }
   [[nodiscard]] std::unique_ptr<accel::PersistentStructures> take_structures() override {

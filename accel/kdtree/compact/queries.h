@@ -54,16 +54,18 @@ struct Stacks {
   return out;
 }
 
-// One query of a world ray, which satisfies can_hit(), through all trees.
-template <bool kAny, class Filter>
-class Query {
+// Visits the trees of a structure that a world ray, which satisfies can_hit(), may meet up to
+// t_far: calls trace(tree, motion, ray in the tree's space, instance), which may narrow t_far and
+// ends the visits by returning true. `instance` is kNoId for the world's trees.
+template <class Trace>
+class TreeVisits {
  public:
-  [[gnu::always_inline]] Query(const StructureView& view, const Ray& ray, const Filter& filter, Stacks& stacks)
-      : view_(view), ray_(ray), filter_(filter), stacks_(stacks), t_min_(std::max(ray.t_min, 0.0f)),
-        t_far_(std::min(ray.t_max, std::numeric_limits<float>::max())) {}
+  [[gnu::always_inline]] TreeVisits(const StructureView& view, const Ray& ray, float t_min, const float& t_far,
+                                    InstanceStack& stack, const Trace& trace)
+      : view_(view), ray_(ray), t_min_(t_min), t_far_(t_far), stack_(stack), trace_(trace) {}
 
-  // Returns true at the first hit if any will do; else sets hit().
-  [[gnu::always_inline]] bool run() {
+  // Returns true if some call of trace did.
+  [[gnu::always_inline]] bool run() const {
     for (uint32_t tree = StructureView::kWorldTree; tree <= StructureView::kTransientTree; ++tree)
       if (trace(tree, Static(), ray_, kNoId)) return true;
     const auto transformed = [&](uint32_t i) {
@@ -71,30 +73,20 @@ class Query {
       const Ray inside = to_object(placed.to_object, ray_);
       return can_hit(inside) && trace(placed.tree, Static(), inside, placed.instance);
     };
-    if (visit_instances(view_.instance_level, ray_, t_min_, t_far_, stacks_.instances, transformed)) return true;
+    if (visit_instances(view_.instance_level, ray_, t_min_, t_far_, stack_, transformed)) return true;
     const float time = clamped_time(ray_.time);
     const auto moving = [&](uint32_t i) { return trace_moving(view_.moving[i], time); };
-    return visit_instances(view_.moving_level, ray_, t_min_, t_far_, stacks_.instances, moving);
+    return visit_instances(view_.moving_level, ray_, t_min_, t_far_, stack_, moving);
   }
-  [[nodiscard]] const Hit& hit() const { return hit_; }
 
  private:
-  // Traces the ray, in the space of the tree, through one tree.
   template <class Motion>
-  [[gnu::always_inline]] bool trace(uint32_t number, const Motion& motion, const Ray& ray, uint32_t instance) {
+  [[gnu::always_inline]] bool trace(uint32_t number, const Motion& motion, const Ray& ray, uint32_t instance) const {
     const TreeView& tree = view_.trees[number];
-    if (tree.root == kEmptyChild) return false;
-    TreeHit best;
-    const auto accepts = [&](const TreeHit& candidate) { return filter_(ray_, tree.resolve(candidate, instance)); };
-    const bool found =
-        TreeWalk<Motion>(tree, motion, ray, t_min_).template run<kAny>(stacks_.tree, t_far_, best, accepts);
-    if (kAny || !found) return found;
-    const Hit hit = tree.resolve(best, instance);
-    if (!hit_.is_hit() || hit.t < hit_.t || comes_before(hit, hit_)) hit_ = hit;
-    return false;
+    return tree.root != kEmptyChild && trace_(tree, motion, ray, instance);
   }
 
-  [[gnu::always_inline]] bool trace_moving(const MovingView& moving, float time) {
+  [[gnu::always_inline]] bool trace_moving(const MovingView& moving, float time) const {
     Ray inside = ray_;
     if (moving.key_count != 0) {
       const KeyInterval at = key_interval(time, moving.key_count - 1);
@@ -137,6 +129,46 @@ class Query {
         m[row][column] = between(first.entries[entry], second.entries[entry], fraction);
       }
     return m;
+  }
+
+  const StructureView& view_;
+  const Ray& ray_;
+  float t_min_;
+  const float& t_far_;
+  InstanceStack& stack_;
+  const Trace& trace_;
+};
+
+// One query of a world ray, which satisfies can_hit(), through all trees.
+template <bool kAny, class Filter>
+class Query {
+ public:
+  [[gnu::always_inline]] Query(const StructureView& view, const Ray& ray, const Filter& filter, Stacks& stacks)
+      : view_(view), ray_(ray), filter_(filter), stacks_(stacks), t_min_(std::max(ray.t_min, 0.0f)),
+        t_far_(std::min(ray.t_max, std::numeric_limits<float>::max())) {}
+
+  // Returns true at the first hit if any will do; else sets hit().
+  [[gnu::always_inline]] bool run() {
+    const auto trace = [this](const TreeView& tree, const auto& motion, const Ray& ray, uint32_t instance)
+        __attribute__((always_inline)) {
+      return this->trace(tree, motion, ray, instance);
+    };
+    return TreeVisits(view_, ray_, t_min_, t_far_, stacks_.instances, trace).run();
+  }
+  [[nodiscard]] const Hit& hit() const { return hit_; }
+
+ private:
+  // Traces the ray, in the space of the tree, through one tree.
+  template <class Motion>
+  [[gnu::always_inline]] bool trace(const TreeView& tree, const Motion& motion, const Ray& ray, uint32_t instance) {
+    TreeHit best;
+    const auto accepts = [&](const TreeHit& candidate) { return filter_(ray_, tree.resolve(candidate, instance)); };
+    const bool found =
+        TreeWalk<Motion>(tree, motion, ray, t_min_).template run<kAny>(stacks_.tree, t_far_, best, accepts);
+    if (kAny || !found) return found;
+    const Hit hit = tree.resolve(best, instance);
+    if (!hit_.is_hit() || hit.t < hit_.t || comes_before(hit, hit_)) hit_ = hit;
+    return false;
   }
 
   const StructureView& view_;

@@ -53,6 +53,12 @@ struct Interval {
   [[nodiscard]] bool is_entered() const { return enter <= leave * kWiden; }
 };
 
+// A child of a node, and the part of the ray in it.
+struct Cell {
+  ChildWord child;
+  Interval interval;
+};
+
 // A ray in the space of a tree, prepared to walk it.
 template <class Motion>
 class TreeWalk {
@@ -81,6 +87,28 @@ class TreeWalk {
   // first. `accepts(candidate)` decides about meshes that are not opaque.
   template <bool kAny, class Accepts>
   [[gnu::always_inline]] bool run(TreeStack& stack, float& t_far, TreeHit& best, const Accepts& accepts) const {
+    const auto test = [&](const LeafUnit* unit) {
+      return intersect_leaf<kAny>(unit, motion_, shear_, t_min_, t_far, best, accepts);
+    };
+    if (visit_leaves(stack, t_far, test)) return true;
+    return !kAny && best.is_hit();
+  }
+
+  // Calls cross(candidate, front, filtered) for each triangle that the ray crosses in (t_min,
+  // t_far], in no certain order, possibly several times. The call may narrow t_far.
+  template <class Cross>
+  void cross(TreeStack& stack, const float& t_far, const Cross& cross) const {
+    visit_leaves(stack, t_far, [&](const LeafUnit* unit) {
+      cross_leaf(unit, motion_, shear_, t_min_, t_far, cross);
+      return false;
+    });
+  }
+
+ private:
+  // Calls test(leaf) for the leaves that the ray enters up to t_far, which the call may narrow,
+  // until it returns true, which is then the result.
+  template <class Test>
+  [[gnu::always_inline]] bool visit_leaves(TreeStack& stack, const float& t_far, const Test& test) const {
     Cell cell{tree_.root, {t_min_, t_far}};
     if (!clip(cell.interval)) return false;
     uint32_t top = 0;
@@ -94,12 +122,11 @@ class TreeWalk {
         stack.frames[top++] = {node, rest, whole.enter, whole.leave};
       }
       if (cell.child != kEmptyChild) {
-        const LeafUnit* unit = tree_.leaves.data() + (cell.child & ~kLeafBit);
-        if (intersect_leaf<kAny>(unit, motion_, shear_, t_min_, t_far, best, accepts)) return true;
+        if (test(tree_.leaves.data() + (cell.child & ~kLeafBit))) return true;
       }
       const float end = t_far * kBeyond + 2.0f * slack_;
       do {
-        if (top == 0) return !kAny && best.is_hit();
+        if (top == 0) return false;
         TreeStack::Frame& frame = stack.frames[top - 1];
         cell = child_at(frame.node, static_cast<uint32_t>(std::countr_zero(frame.rest)), {frame.enter, frame.leave});
         frame.rest &= frame.rest - 1;
@@ -107,18 +134,13 @@ class TreeWalk {
         // Cells beyond the hit end the search, unless the ray is steep: then nearer ones may
         // follow.
       } while (steep_ && cell.interval.enter > end);
-      if (!(cell.interval.enter <= end)) return !kAny && best.is_hit();
+      if (!(cell.interval.enter <= end)) return false;
       cell.interval = cell.interval.until(end);
     }
   }
 
- private:
-  struct Cell {
-    ChildWord child;
-    Interval interval;
-  };
   // A plane as the ray meets it. In a deforming tree, a steep ray meets it with its margin.
-  struct Crossing {
+  struct PlaneCrossing {
     float begin, end; // of what is beyond it, and of what is before it
     uint32_t down;    // 1: the ray comes from above
   };
@@ -144,7 +166,7 @@ class TreeWalk {
     return entered;
   }
 
-  [[nodiscard]] Crossing crossing(ChildWord node, uint32_t axes, uint32_t lane) const {
+  [[nodiscard]] PlaneCrossing crossing(ChildWord node, uint32_t axes, uint32_t lane) const {
     const auto axis = static_cast<int>((axes >> (2 * lane)) & 3U);
     float plane = nodes_[node].planes[lane];
     if constexpr (Motion::kDeforms) plane = plane + tree_.displacements[node].lanes[lane] * motion_.fraction;
@@ -158,7 +180,7 @@ class TreeWalk {
     return {t, t, down};
   }
   // Returns the part of an interval before a plane, or beyond it.
-  static Interval part(const Interval& interval, const Crossing& plane, uint32_t beyond) {
+  static Interval part(const Interval& interval, const PlaneCrossing& plane, uint32_t beyond) {
     return beyond != 0 ? interval.from(plane.begin) : interval.until(plane.end);
   }
   static uint32_t axes_of(const WideNode& node) { return std::bit_cast<uint32_t>(node.planes[kAxesLane]); }
@@ -171,17 +193,17 @@ class TreeWalk {
     const uint32_t axes = axes_of(node);
     Cell nearest{kEmptyChild, cell.interval};
     uint32_t entered = 0;
-    const Crossing root = crossing(cell.child, axes, kRootLane);
+    const PlaneCrossing root = crossing(cell.child, axes, kRootLane);
     for (uint32_t far1 = 0; far1 < 2; ++far1) {
       const Interval half = part(cell.interval, root, far1);
       if (!enters(half)) continue; // nor does the ray enter a part of it
       const uint32_t first = far1 ^ root.down;
-      const Crossing second_plane = crossing(cell.child, axes, kSecondLane + first);
+      const PlaneCrossing second_plane = crossing(cell.child, axes, kSecondLane + first);
       for (uint32_t far2 = 0; far2 < 2; ++far2) {
         const Interval quarter = part(half, second_plane, far2);
         if (!enters(quarter)) continue;
         const uint32_t second = 2 * first + (far2 ^ second_plane.down);
-        const Crossing third_plane = crossing(cell.child, axes, kThirdLane + second);
+        const PlaneCrossing third_plane = crossing(cell.child, axes, kThirdLane + second);
         for (uint32_t far3 = 0; far3 < 2; ++far3) {
           const Interval eighth = part(quarter, third_plane, far3);
           if (!enters(eighth)) continue;
@@ -200,11 +222,11 @@ class TreeWalk {
   [[nodiscard]] Cell child_at(ChildWord number, uint32_t position, Interval interval) const {
     const WideNode& node = nodes_[number];
     const uint32_t axes = axes_of(node), far1 = position >> 2, far2 = (position >> 1) & 1U, far3 = position & 1U;
-    const Crossing root = crossing(number, axes, kRootLane);
+    const PlaneCrossing root = crossing(number, axes, kRootLane);
     const uint32_t first = far1 ^ root.down;
-    const Crossing second_plane = crossing(number, axes, kSecondLane + first);
+    const PlaneCrossing second_plane = crossing(number, axes, kSecondLane + first);
     const uint32_t second = 2 * first + (far2 ^ second_plane.down);
-    const Crossing third_plane = crossing(number, axes, kThirdLane + second);
+    const PlaneCrossing third_plane = crossing(number, axes, kThirdLane + second);
     interval = part(part(part(interval, root, far1), second_plane, far2), third_plane, far3);
     return {node.child[2 * second + (far3 ^ third_plane.down)], interval};
   }
