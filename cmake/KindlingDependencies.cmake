@@ -21,6 +21,9 @@ set(KINDLING_PACKAGES
   "draco CONFIG"
   "CLI11 CONFIG"
   "nlohmann_json CONFIG")
+if(KINDLING_ONLY_ACCEL)
+  set(KINDLING_PACKAGES "Threads" "Imath 3 CONFIG" "TBB CONFIG")
+endif()
 set(CMAKE_MESSAGE_LOG_LEVEL NOTICE) # silences Debian's Imath, which reports a Python library that is not needed
 foreach(package IN LISTS KINDLING_PACKAGES)
   separate_arguments(package)
@@ -37,6 +40,9 @@ endif()
 string(REGEX MATCH "^[0-9]+" KINDLING_EMBREE_MAJOR "${EMBREE_VERSION}")
 message(STATUS "Embree ${EMBREE_VERSION}, TBB ${TBB_VERSION}, Imath ${Imath_VERSION}, OpenImageIO ${OpenImageIO_VERSION}, "
                "OpenColorIO ${OpenColorIO_VERSION}")
+if(KINDLING_ONLY_ACCEL)
+  return()
+endif()
 
 if(KINDLING_BUILD_TESTS)
   find_package(GTest REQUIRED)
