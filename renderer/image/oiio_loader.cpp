@@ -30,6 +30,9 @@ std::vector<fs::path> oiio_module_folders() {
     folders.push_back(program.parent_path());
     folders.push_back((program.parent_path() / KINDLING_OIIO_FROM_PROGRAM).lexically_normal());
   }
+  Dl_info info; // of the shared library that this is a part of, if it is one: Python's module
+  if (dladdr(reinterpret_cast<void*>(&oiio_module_folders), &info) != 0 && info.dli_fname != nullptr)
+    if (const fs::path library = info.dli_fname; library.extension() == ".so") folders.push_back(library.parent_path());
   folders.emplace_back(KINDLING_OIIO_INSTALL_FOLDER);
   folders.emplace_back(KINDLING_OIIO_BUILD_FOLDER);
   return folders;

@@ -27,7 +27,8 @@ struct OiioModule {
 [[nodiscard]] const Result<OiioModule>& oiio_module();
 
 // Returns the folders that oiio_module() searches, in order: that of the running program, that of
-// an installation around it, and the configured installation and build folders.
+// an installation around it, that of the shared library that has this code, if one does, and the
+// configured installation and build folders.
 [[nodiscard]] std::vector<std::filesystem::path> oiio_module_folders();
 
 // Loads the module from the first of these folders that has one.

@@ -2,10 +2,15 @@
 # Tests the Python package as users get it: the wheel, installed into a fresh virtual environment.
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
-usage='usage: renderer/python/test.sh [FOLDER] [PYTHON]
+usage='usage: renderer/python/test.sh [--render] [FOLDER] [PYTHON]
 Builds the wheel, installs it into a new virtual environment FOLDER/venv (build/python) of PYTHON (python3), and runs the
-tests. Needs PyPI.'
+tests. --render builds the renderer too, with all its dependencies. Needs PyPI.'
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+only_accel=ON
+if [ "${1:-}" = --render ]; then
+  only_accel=OFF
+  shift
+fi
 if [ $# -gt 2 ] || [[ "${1:-}" == -* ]]; then
   printf '%s\n' "$usage"
   [[ "${1:-}" == -h || "${1:-}" == --help ]] && exit 0
@@ -16,7 +21,8 @@ folder=$(cd "${1:-$root/build/python}" && pwd)
 rm -rf "$folder/venv" "$folder/dist" "$folder/trimesh"
 "${2:-python3}" -m venv "$folder/venv"
 bin=$folder/venv/bin
-"$bin/pip" -q wheel "$root/renderer/python" --no-deps -w "$folder/dist" -C build-dir="$folder/build" # kept, for the next time
+"$bin/pip" -q wheel "$root/renderer/python" --no-deps -w "$folder/dist" -C cmake.define.KINDLING_ONLY_ACCEL=$only_accel \
+  -C build-dir="$folder/build_$only_accel" # kept, for the next time
 "$bin/pip" -q install "$folder"/dist/kindling-*.whl
 "$bin/pip" -q install pytest mypy trimesh embreex scipy rtree networkx shapely manifold3d
 # trimesh's tests come with its source.

@@ -2,6 +2,7 @@
 """Runs the examples of the package's README, as somebody would paste them."""
 import os
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,9 @@ def test_example(number, tmp_path, monkeypatch, capsys):
     assert len(example.splitlines()) <= 12
     if "trimesh" in example:
         pytest.importorskip("trimesh")
+    if "kindling.render" in example:
+        pytest.importorskip("kindling._render")
+        shutil.copy(README.parents[2] / "scenes/cornell_box.glb", tmp_path / "scene.glb")
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(compile(example, f"README.md, example {number + 1}", "exec"), names)  # noqa: S102
