@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/python/strided_array.h"
 
+#include <algorithm>
+
 namespace kindling::python {
 namespace {
 
@@ -37,11 +39,8 @@ std::string dtype_text(const Array& array) {
 
 Floats::Floats(const Array& array, const char* name, size_t columns) : data_(array.data()) {
   const size_t own = columns == 0 ? 0 : 1;
-  std::string accepted = "() or (n,)";
-  if (columns != 0) {
-    const std::string number = std::to_string(columns);
-    accepted.assign("(").append(number).append(",) or (n, ").append(number).append(")");
-  }
+  std::string accepted = columns == 0 ? "() or (n,)" : "(#,) or (n, #)";
+  std::replace(accepted.begin(), accepted.end(), '#', static_cast<char>('0' + columns)); // 3 or 4
   if (array.ndim() != own && array.ndim() != own + 1) raise_shape(array, name, accepted);
   if (columns != 0 && array.shape(array.ndim() - 1) != columns) raise_shape(array, name, accepted);
   is_double_ = array.dtype() == nb::dtype<double>();
