@@ -9,6 +9,7 @@
 #include "renderer/app/options/farm_options.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/options/resume_options.h"
+#include "renderer/app/relight/command_relight.h"
 #include "renderer/app/render/command_render.h"
 #include "renderer/app/scaling/command_scaling.h"
 #include "renderer/app/shootout/command_shootout.h"
@@ -38,6 +39,8 @@ ConsoleSettings console_settings(const CommandLine& line) {
     return {merge->image.quiet, merge->image.verbose, false};
   if (const auto* denoise = std::get_if<DenoiseOptions>(&line.command))
     return {denoise->image.quiet, denoise->image.verbose, false};
+  if (const auto* relight = std::get_if<RelightOptions>(&line.command))
+    return {relight->image.quiet, relight->image.verbose, false};
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return {scaling->image.quiet, scaling->image.verbose, false};
   if (const auto* live = std::get_if<LiveOptions>(&line.command))
@@ -54,6 +57,8 @@ Result<int> run_command(const CommandLine& line, Console& console) {
   if (const auto* merge = std::get_if<MergeOptions>(&line.command)) return run_merge(*merge, line.text, console);
   if (const auto* denoise = std::get_if<DenoiseOptions>(&line.command))
     return run_denoise(*denoise, line.text, console);
+  if (const auto* relight = std::get_if<RelightOptions>(&line.command))
+    return run_relight(*relight, line.text, console);
   if (const auto* scaling = std::get_if<ScalingOptions>(&line.command))
     return run_scaling(*scaling, line.text, console);
   if (const auto* live = std::get_if<LiveOptions>(&line.command)) return run_view(*live, console);

@@ -15,7 +15,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
   const Rgb beyond = layers.diffuse_transmission_color * layers.diffuse_transmission;
 
   if (metal == 0.0f && (p.specular == 0.0f || dielectric == 0.0f)) {
-    cosine_albedo_ = body * dielectric;
+    cosine_albedo_ = diffuse_albedo_ = body * dielectric;
     transmitted_albedo_ = beyond * dielectric;
     diffuse_ = cosine_albedo_ * kInvPi;
     transmitted_ = transmitted_albedo_ * kInvPi;
@@ -72,7 +72,7 @@ BaseLobes::BaseLobes(const BsdfParameters& p, const LayerParameters& layers, con
     const float through_o = through(seen, wo.z);
     const float through_mean = base_constant_ + base_e_ * mean.e + base_b_ * mean.b - means.reflected;
     const float scale = kInvPi / std::max(through_mean, 1e-6f);
-    cosine_albedo_ = body * (dielectric * through_o);
+    cosine_albedo_ = diffuse_albedo_ = body * (dielectric * through_o);
     transmitted_albedo_ = beyond * (dielectric * through_o);
     diffuse_ = cosine_albedo_ * scale;
     transmitted_ = transmitted_albedo_ * scale;
@@ -136,6 +136,11 @@ float BaseLobes::set_film_residual(const FilmBase& base, const FilmAlbedo& film,
     reflectable += area * node.e;
   }
   return weight * (film_schlick_ * base.mean.b + base.mean.e * reflected / reflectable);
+}
+
+Rgb BaseLobes::diffuse_value(const V3f& wi) const {
+  if (!(wi.z > 0.0f)) return Rgb(0.0f);
+  return diffuse_ * (has_microfacets_ ? through(microfacet_albedo(wi), wi.z) * wi.z : wi.z);
 }
 
 BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {

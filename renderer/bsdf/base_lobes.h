@@ -27,6 +27,8 @@ class BaseLobes {
   };
   // wi must be unit with wi.z != 0; it may be above or below the horizon.
   [[nodiscard]] Eval eval(const V3f& wi) const;
+  // Returns the diffuse reflection's part of eval().value.
+  [[nodiscard]] Rgb diffuse_value(const V3f& wi) const;
   [[nodiscard]] V3f sample_glossy(const V2f& u) const { return lobe_.sample(u); }
 
   // Returns the larger alpha of sample_glossy()'s microfacets; 0 for Lambert.
@@ -37,6 +39,9 @@ class BaseLobes {
   [[nodiscard]] const Rgb& glossy_albedo() const { return glossy_albedo_; }
   [[nodiscard]] const Rgb& cosine_albedo() const { return cosine_albedo_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_albedo_; }
+  // Returns the part of cosine_albedo() that is diffuse reflection; the rest is multiple scattering
+  // between microfacets.
+  [[nodiscard]] const Rgb& diffuse_albedo() const { return diffuse_albedo_; }
 
  private:
   [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
@@ -78,6 +83,7 @@ class BaseLobes {
   Rgb glossy_albedo_{0.0f};
   Rgb cosine_albedo_{0.0f};
   Rgb transmitted_albedo_{0.0f};
+  Rgb diffuse_albedo_{0.0f};
   Rgb diffuse_{0.0f};     // the diffuse lobe without the factor (1 - S(i))
   Rgb transmitted_{0.0f}; // diffuse transmission without the factor (1 - S(i))
   Rgb multiple_{0.0f};    // the multiple-scattering lobe without the factor (1 - E(i))

@@ -104,6 +104,21 @@ BsdfEval GltfBsdf::eval(const V3f& wi) const {
   return {f * wi.z, pdf};
 }
 
+Rgb GltfBsdf::diffuse_value(const V3f& wi) const {
+  if (!(wi.z > 0.0f)) return Rgb(0.0f);
+  if (glossy_probability_ == 0.0f) return diffuse_ * wi.z;
+  const GgxAlbedo seen = table_(wi.z);
+  return diffuse_ * (std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f) * wi.z);
+}
+
+LobeAlbedos GltfBsdf::lobe_albedos() const {
+  if (glossy_probability_ == 0.0f) return {albedo_, Rgb(0.0f), Rgb(0.0f)};
+  const GgxAlbedo mean = ggx_average_albedo(std::sqrt(alpha_));
+  const float through_mean = std::max(base_constant_ + base_e_ * mean.e + base_b_ * mean.b, 1e-6f);
+  const Rgb diffuse = saturate(diffuse_ * (kPi * through_mean));
+  return {diffuse, saturate(albedo_ - diffuse), Rgb(0.0f)};
+}
+
 // Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
 // 2023, "Sampling Visible GGX Normals with Spherical Caps"). The density of the reflection is D
 // pdf_factor_.

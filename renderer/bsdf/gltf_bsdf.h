@@ -36,6 +36,14 @@ struct BsdfSample {
   Lobe lobe = Lobe::diffuse;
 };
 
+// Directional albedos of the lobes by kind, seen from wo, each channel in [0, 1]. They sum to
+// albedo() up to rounding.
+struct LobeAlbedos {
+  Rgb diffuse{0.0f};      // the diffuse base, sheen
+  Rgb glossy{0.0f};       // all other reflection
+  Rgb transmission{0.0f}; // in other directions than straight through
+};
+
 // All directions are unit, in the local frame whose +z is the shading normal, and point away from
 // the surface. The surface reflects on the side of wo: construct with wo.z > 0 (flip the frame for
 // back faces). A wo at or below the horizon is lifted just above it. wi.z <= 0 evaluates to zero.
@@ -64,6 +72,9 @@ class GltfBsdf {
   // Estimates the directional albedo seen from wo, each channel in [0, 1]: for the albedo AOV and
   // for the choice of techniques. Exact up to the interpolation of the tables.
   [[nodiscard]] Rgb albedo() const { return albedo_; }
+  // Returns the diffuse lobe's part of eval().value.
+  [[nodiscard]] Rgb diffuse_value(const V3f& wi) const;
+  [[nodiscard]] LobeAlbedos lobe_albedos() const;
   // Returns the probability with which sample() uses the visible normals; else it uses the cosine
   // lobe. 0: Lambert.
   [[nodiscard]] float glossy_probability() const { return glossy_probability_; }

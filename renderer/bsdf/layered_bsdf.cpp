@@ -141,6 +141,19 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
   return result;
 }
 
+Rgb LayeredBsdf::diffuse_value(const V3f& wi) const {
+  if (!(wi.z > 0.0f)) return Rgb(0.0f);
+  const Rgb base = base_.diffuse_value(wi) * base_weight_;
+  return sheen_ ? base + sheen_weight_ * sheen_->eval(wi).value : base;
+}
+
+LobeAlbedos LayeredBsdf::lobe_albedos() const {
+  Rgb diffuse = base_.diffuse_albedo() * base_weight_, transmission = base_.transmitted_albedo() * base_weight_;
+  if (sheen_) diffuse += sheen_weight_ * sheen_->albedo();
+  if (glass_) transmission += glass_->transmitted_albedo() * glass_weight_;
+  return {saturate(diffuse), saturate(albedo_ - diffuse - transmission), saturate(transmission)};
+}
+
 float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
   if (!(std::abs(wi.z) > 0.0f)) return 0.0f;
   switch (c) {

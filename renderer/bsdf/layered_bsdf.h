@@ -47,6 +47,10 @@ class LayeredBsdf {
   // below.
   [[nodiscard]] float coat_transmittance() const { return coat_transmittance_; }
 
+  // Returns the part of eval().value that is diffuse reflection or sheen.
+  [[nodiscard]] Rgb diffuse_value(const V3f& wi) const;
+  [[nodiscard]] LobeAlbedos lobe_albedos() const;
+
   // Access to single lobes, for tracers that follow some of them. sample() selects lobe c for
   // u_lobe in [choice_begin(c), choice_begin(c) + choice_probability(c)). The weight of that sample
   // times the probability is the lobe's own part of f: the parts, choice_density() / pdf of f, add

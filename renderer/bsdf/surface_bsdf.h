@@ -30,6 +30,14 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->albedo() : layered().albedo();
   }
+  [[nodiscard]] Rgb diffuse_value(const V3f& wi) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->diffuse_value(wi) : layered().diffuse_value(wi);
+  }
+  [[nodiscard]] LobeAlbedos lobe_albedos() const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->lobe_albedos() : layered().lobe_albedos();
+  }
   // sample() selects the cosine lobe for u_lobe in [cosine_begin(), 1), with a total probability of
   // 1 - cosine_begin().
   [[nodiscard]] float cosine_begin() const {

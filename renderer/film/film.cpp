@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 namespace kindling {
 
@@ -60,6 +61,9 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("guides", film.guides_, 1);
   visit_if_present("components", film.components_, 1);
   visit_if_present("blocks", film.blocks_, kOutlierBlocks - 1);
+  visit_if_present("light groups", film.groups_, film.light_groups_.size());
+  visit_if_present("light passes", film.passes_, film.pass_count_);
+  visit_if_present("lobe colors", film.colors_, 1);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -69,14 +73,24 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
   if (aovs.needs_surface()) surfaces_ = ZeroedArray<SurfaceSum>(count);
   if (aovs.needs_guides()) guides_ = ZeroedArray<GuideSum>(count);
   if (aovs.needs_components()) components_ = ZeroedArray<ComponentSum>(count);
+  for (size_t pass = 0; pass < kLightPassCount; ++pass)
+    pass_slots_[pass] = aovs.contains(static_cast<LightPass>(pass)) ? static_cast<uint8_t>(pass_count_++) : kNotStored;
+  passes_ = ZeroedArray<RadianceSum>(count * pass_count_);
+  if (aovs.needs_lobe_colors()) colors_ = ZeroedArray<LobeColorSum>(count);
 }
 
 void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOutlierBlocks - 1)); }
+
+void Film::split_by_light_groups(std::vector<std::string> names) {
+  light_groups_ = std::move(names);
+  groups_ = ZeroedArray<RadianceSum>(sums_.size() * light_groups_.size());
+}
 
 Film Film::cut(const PixelRect& crop) const {
   assert(crop.empty() || contains(crop_, crop));
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
+  part.split_by_light_groups(light_groups_);
   const std::vector<ConstPlane> from = planes();
   const std::vector<Plane> to = part.planes();
   tbb::parallel_for(crop.min.y, crop.max.y, [&](int y) {
@@ -92,7 +106,8 @@ Film Film::cut(const PixelRect& crop) const {
 void Film::add(const Film& part) {
   assert(part.size_px_ == size_px_ && part.aovs_.bits() == aovs_.bits());
   if (part.crop_.empty()) return;
-  assert(part.trims_outliers() == trims_outliers() && contains(crop_, part.crop_));
+  assert(part.trims_outliers() == trims_outliers() && part.light_groups_ == light_groups_);
+  assert(contains(crop_, part.crop_));
   const auto width = static_cast<size_t>(part.crop_.width());
   const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
     if (sums.empty()) return;
@@ -108,6 +123,9 @@ void Film::add(const Film& part) {
   add_rows(guides_, part.guides_);
   add_rows(components_, part.components_);
   add_rows(blocks_, part.blocks_, kOutlierBlocks - 1);
+  add_rows(groups_, part.groups_, light_groups_.size());
+  add_rows(passes_, part.passes_, pass_count_);
+  add_rows(colors_, part.colors_);
 }
 
 void Film::add(const PixelRect& block, const FilmView& part) {
@@ -229,8 +247,27 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
       out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
     }
     return;
-  default: return;
+  default: resolve_light(aov, index, out); return;
   }
+}
+
+void Film::resolve_light(Aov aov, size_t index, float* out) const {
+  const double by = divisor(sums_[index].weight.value(), sums_[index].samples);
+  switch (aov) {
+  case Aov::diffuse_color:
+    if (!colors_.empty()) store_mean(colors_[index].diffuse, by, out);
+    return;
+  case Aov::glossy_color:
+    if (!colors_.empty()) store_mean(colors_[index].glossy, by, out);
+    return;
+  case Aov::transmission_color:
+    if (!colors_.empty()) store_mean(colors_[index].transmission, by, out);
+    return;
+  default: break;
+  }
+  const size_t pass = static_cast<size_t>(aov) - static_cast<size_t>(Aov::diffuse_direct);
+  assert(aov >= Aov::diffuse_direct && pass < kLightPassCount);
+  if (pass_slots_[pass] != kNotStored) store_mean(passes_[index * pass_count_ + pass_slots_[pass]].rgb, by, out);
 }
 
 std::vector<float> Film::resolve(Aov aov) const {
@@ -238,6 +275,20 @@ std::vector<float> Film::resolve(Aov aov) const {
   std::vector<float> values(sums_.size() * channels, 0.0f);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) resolve_pixel(aov, i, values.data() + i * channels);
+  });
+  return values;
+}
+
+std::vector<float> Film::resolve_light_group(size_t group) const {
+  assert(group < light_groups_.size());
+  std::vector<float> values(sums_.size() * 3, 0.0f);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) {
+      const PixelSum& sum = sums_[i];
+      if (sum.samples == 0) continue;
+      store_mean(groups_[i * light_groups_.size() + group].rgb, divisor(sum.weight.value(), sum.samples),
+                 values.data() + i * 3);
+    }
   });
   return values;
 }

@@ -8,6 +8,7 @@
 #include "renderer/film/film_surface.h"
 #include "renderer/film/film_view.h"
 #include "renderer/film/outliers.h"
+#include "renderer/film/split_light.h"
 #include "renderer/film/zeroed_array.h"
 
 #include <array>
@@ -16,6 +17,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -55,6 +57,26 @@ class Film {
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
     view().add_surface(index_of(pixel), surface, weight);
   }
+  // Adds the radiance of a sample by light group, in addition to add(): one part for each of
+  // light_groups(), which sum to sample.radiance up to rounding (split_sample()).
+  void add_light_groups(const V2i& pixel, std::span<const Rgb> parts, const FilmSample& sample) {
+    assert(parts.size() == light_groups_.size());
+    RadianceSum* const sums = groups_.data() + index_of(pixel) * parts.size();
+    split_sample(parts, sample.radiance, sample.weight,
+                 [sums](size_t part, int channel, const FilmSum& term) { sums[part].rgb[channel].add(term); });
+  }
+  // The same by LightPass: kLightPassCount parts, of which those in aovs() are stored.
+  void add_light_passes(const V2i& pixel, std::span<const Rgb> parts, const FilmSample& sample) {
+    assert(parts.size() == kLightPassCount);
+    RadianceSum* const sums = passes_.data() + index_of(pixel) * pass_count_;
+    split_sample(parts, sample.radiance, sample.weight, [&](size_t part, int channel, const FilmSum& term) {
+      if (pass_slots_[part] != kNotStored) sums[pass_slots_[part]].rgb[channel].add(term);
+    });
+  }
+  // Only if aovs().needs_lobe_colors().
+  void add_lobe_colors(const V2i& pixel, const LobeColors& colors, float weight) {
+    colors_[index_of(pixel)].add(colors, weight);
+  }
   // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
   // pixel, rows from the top, in the arrays that this film has.
   void add(const PixelRect& block, const FilmView& part);
@@ -62,6 +84,11 @@ class Film {
   // Enables trimming of outliers (outliers_trimmed()) for the beauty AOV only. Must be called
   // before the first add().
   void trim_outliers();
+
+  // Enables sums for each of these light groups (kindling::LightGroups). Must be called before the
+  // first add().
+  void split_by_light_groups(std::vector<std::string> names);
+  [[nodiscard]] const std::vector<std::string>& light_groups() const { return light_groups_; }
 
   // Sums over the samples of a pixel: of weight times radiance, and of weights.
   struct Totals {
@@ -75,13 +102,13 @@ class Film {
   // Returns the part of this film inside of `crop`, a rectangle within crop().
   [[nodiscard]] Film cut(const PixelRect& crop) const;
 
-  // Adds the sums of another film of the same image, AOVs and treatment of outliers, whose crop
-  // must be within crop().
+  // Adds the sums of another film of the same image, AOVs, light groups and treatment of outliers,
+  // whose crop must be within crop().
   void add(const Film& part);
 
   // A plane gives access to stored sums, for files: an array of fixed-size records of little-endian
   // words, one for each pixel of the crop window, rows from the top. The set of planes depends on
-  // the AOVs and on trim_outliers() only; README.md describes their layout.
+  // the AOVs, on trim_outliers() and on light groups only; README.md describes their layout.
   struct ConstPlane {
     std::string_view name; // unique, at most 31 characters
     size_t bytes_per_pixel = 0;
@@ -99,6 +126,9 @@ class Film {
   // Returns width * height * channels values of the crop window, rows from the top. All are 0 for
   // an AOV that is not in the set, except beauty, alpha and samples, which every film has.
   [[nodiscard]] std::vector<float> resolve(Aov aov) const;
+  // Returns 3 values for each pixel: the part of the beauty that the light group of this index in
+  // light_groups() contributes.
+  [[nodiscard]] std::vector<float> resolve_light_group(size_t group) const;
   // Returns interleaved premultiplied RGBA of the crop window.
   [[nodiscard]] std::vector<float> resolve_rgba() const;
   // The same of a rectangle inside of it.
@@ -120,6 +150,7 @@ class Film {
   [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, float* out) const;
   [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
+  void resolve_light(Aov aov, size_t index, float* out) const; // light passes and colors of lobes
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
   // Calls visit(name, array, records per pixel) for each non-empty array of sums.
   template <typename ThisFilm, typename Visit>
@@ -134,6 +165,13 @@ class Film {
   ZeroedArray<GuideSum> guides_;         // only if AovSet::needs_guides()
   ZeroedArray<ComponentSum> components_; // only if AovSet::needs_components()
   ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks blocks; only with trim_outliers()
+  ZeroedArray<RadianceSum> groups_;      // one for each of light_groups_
+  ZeroedArray<RadianceSum> passes_;      // pass_count_ for each pixel
+  ZeroedArray<LobeColorSum> colors_;     // only if AovSet::needs_lobe_colors()
+  std::vector<std::string> light_groups_;
+  static constexpr uint8_t kNotStored = 0xff;
+  std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
+  size_t pass_count_ = 0;
 };
 
 } // namespace kindling

@@ -21,4 +21,11 @@ struct FilmSurface {
   Rgb direct{0.0f};
 };
 
+// Albedos of the lobes of a sample's first surface, seen from the camera: [0, 1].
+struct LobeColors {
+  Rgb diffuse{0.0f};
+  Rgb glossy{0.0f};
+  Rgb transmission{0.0f};
+};
+
 } // namespace kindling

@@ -15,6 +15,30 @@
 
 namespace kindling {
 
+namespace {
+
+// Light passes have Blender's names.
+std::string_view layer_name(Aov aov) {
+  switch (aov) {
+  case Aov::diffuse_direct: return "DiffDir";
+  case Aov::diffuse_indirect: return "DiffInd";
+  case Aov::glossy_direct: return "GlossDir";
+  case Aov::glossy_indirect: return "GlossInd";
+  case Aov::transmission_direct: return "TransDir";
+  case Aov::transmission_indirect: return "TransInd";
+  case Aov::volume_direct: return "VolumeDir";
+  case Aov::volume_indirect: return "VolumeInd";
+  case Aov::emit: return "Emit";
+  case Aov::environment: return "Env";
+  case Aov::diffuse_color: return "DiffCol";
+  case Aov::glossy_color: return "GlossCol";
+  case Aov::transmission_color: return "TransCol";
+  default: return aov_info(aov).name;
+  }
+}
+
+} // namespace
+
 std::vector<std::string> channel_names(Aov aov) {
   const std::string name(aov_info(aov).name);
   switch (aov) {
@@ -24,10 +48,16 @@ std::vector<std::string> channel_names(Aov aov) {
   case Aov::normal:
   case Aov::denoising_normal:
   case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
-  default:
-    if (aov_info(aov).channels == 1) return {name};
-    return {name + ".R", name + ".G", name + ".B"};
+  default: break;
   }
+  if (aov_info(aov).channels == 1) return {name};
+  const std::string layer(layer_name(aov));
+  return {layer + ".R", layer + ".G", layer + ".B"};
+}
+
+std::vector<std::string> light_group_channels(std::string_view group) {
+  const std::string layer = fmt::format("{}{}", kLightGroupLayer, group);
+  return {layer + ".R", layer + ".G", layer + ".B"};
 }
 
 std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view) {
@@ -87,6 +117,9 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
     if (info.aov == Aov::beauty || info.aov == Aov::alpha || !film.aovs().contains(info.aov)) continue;
     image.layers.push_back(make_layer(channel_names(info.aov), info.half && options.half, film.resolve(info.aov)));
   }
+  for (size_t i = 0; i < film.light_groups().size(); ++i)
+    image.layers.push_back(
+        make_layer(light_group_channels(film.light_groups()[i]), options.half, film.resolve_light_group(i)));
   image.text = metadata.text;
   image.numbers = metadata.numbers;
   image.integers = metadata.integers;

@@ -11,6 +11,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kindling {
@@ -34,9 +35,9 @@ struct WriteOptions {
 
 // Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard
 // output as PNG, "jpg:-" and "exr:-" are standard output in these formats. EXR files contain
-// premultiplied R, G, B, A and a layer for each further AOV; the data window is the crop. PNG files
-// have straight alpha, JPEG files are composited over black; their colors are transformed by
-// `view`. An existing file is replaced only by a complete one.
+// premultiplied R, G, B, A and a layer for each further AOV and each light group; the data window
+// is the crop. PNG files have straight alpha, JPEG files are composited over black; their colors
+// are transformed by `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 
@@ -65,6 +66,10 @@ struct WriteOptions {
 // Returns the names of an AOV's channels in EXR files: Z for depth, LAYER.R, .G, .B for colors,
 // LAYER.X, .Y, .Z for vectors.
 [[nodiscard]] std::vector<std::string> channel_names(Aov aov);
+
+// Light groups are layers of this prefix and the name of the group, as Blender names them.
+inline constexpr std::string_view kLightGroupLayer = "Combined_";
+[[nodiscard]] std::vector<std::string> light_group_channels(std::string_view group);
 
 // Returns the error message if write_film() would reject the file name, else an empty string.
 // Intended for checks before a long render.

@@ -11,6 +11,8 @@ namespace kindling {
 
 // A sink of PathStages.
 struct BatchSink {
+  static constexpr bool kSplits = false;
+
   PathContext& context;
   const World& world; // for the names of materials
 

@@ -21,6 +21,7 @@ void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samp
     context.states[slot] = PathState{};
     if (context.recorder) context.recorder->start_path(slot);
   }
+  if (context.split_light) context.split_light->start(count);
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
   context.counters.paths += count;
   trace_event(context, [&](PathVertex& vertex) {
@@ -48,6 +49,7 @@ void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film&
       continue;
     }
     film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
+    if (context.split_light) add_split(slot, radiance, context, film);
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
     surface.emission = state.light[kEmission];

@@ -4,9 +4,11 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/shade_group.h"
+#include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/path_stages.h"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace kindling {
@@ -38,6 +40,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> thin_wall_rays;
   std::vector<accel::Hit> thin_wall_hits;
   std::vector<uint32_t> thin_wall_records; // index of the shadow ray
+  std::unique_ptr<SplitLight> split_light; // null: neither light groups nor passes
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   ShadeGroup group;
 };

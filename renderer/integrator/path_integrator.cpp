@@ -5,10 +5,11 @@
 #include "renderer/guiding/guide.h"
 #include "renderer/integrator/batch_sink.h"
 #include "renderer/integrator/camera_stage.h"
+#include "renderer/integrator/shade_batch.h"
 #include "renderer/integrator/stages/prepare_path.h"
-#include "renderer/integrator/stages/shade_path.h"
 
 #include <cassert>
+#include <utility>
 
 namespace kindling {
 
@@ -25,13 +26,19 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
     : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world), camera_(camera),
-      sampler_(sampler), filter_(filter), aovs_(aovs) {}
+      sampler_(sampler), filter_(filter), aovs_(aovs) {
+  if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
+    light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
+}
 
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return make_path_context(); }
 
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
-  return std::make_unique<PathContext>(stages_.settings.batch_size, aovs_.needs_film_surface());
+  auto context = std::make_unique<PathContext>(stages_.settings.batch_size, aovs_.needs_film_surface());
+  if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
+    context->split_light = std::make_unique<SplitLight>(stages_.settings.batch_size, light_groups_.names.size());
+  return context;
 }
 
 // All paths of a batch advance together, so that the accelerator receives streams of rays.
@@ -77,24 +84,14 @@ void PathIntegrator::shade(PathContext& context) const {
   if (context.recorder) context.recorder->start_lights();
   context.next_active.clear();
   context.next_rays.clear();
+  if (context.split_light) {
+    shade_split(context);
+    return;
+  }
   BatchSink sink{context, world_};
   const size_t count = context.active.size();
-  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
-    const size_t end = std::min(first + ShadeGroup::kSize, count);
-    prepare_group(first, end - first, context);
-    sample_lights(first, end - first, context);
-    for (size_t i = first; i < end; ++i) {
-      ShadeGroup::Member& member = context.group.members[i - first];
-      const PathInFlight path = path_at(context.active[i], context);
-      const accel::Ray& ray = context.rays[i];
-      const accel::Hit& hit = context.hits[i];
-      if (world_.lights.has_shapes) stages_.add_shapes(ray, hit, path);
-      if (hit.is_hit())
-        stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights[member.light], path, sink);
-      else
-        stages_.shade_escaped(ray, member.escaped, path, sink);
-    }
-  }
+  for (size_t first = 0; first < count; first += ShadeGroup::kSize)
+    shade_group(first, std::min(first + ShadeGroup::kSize, count), context, sink);
 }
 
 // Evaluates the surfaces that the paths of a group have hit. Memory is prefetched for the whole
@@ -138,6 +135,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   world_.accelerator().occluded(context.shadow_rays, context.occluded);
   context.counters.shadow += count;
   if (world_.has_thin_walls) tint_shadows(context);
+  if (context.split_light) split_shadows(context);
   for (size_t i = 0; i < count; ++i) {
     if (context.occluded[i]) continue;
     if (context.recorder) context.recorder->accept_light(i);

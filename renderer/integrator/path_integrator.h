@@ -5,6 +5,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/stages/path_stages.h"
+#include "renderer/world/light_groups.h"
 
 namespace kindling {
 
@@ -31,6 +32,7 @@ class PathIntegrator final : public Integrator {
   void start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void shade(PathContext& context) const;
+  void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
   void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;
   void finish_batch(size_t path_count, PathContext& context, Film& film) const;
@@ -38,7 +40,11 @@ class PathIntegrator final : public Integrator {
   // Steps of shade(), for the active paths [first, first + count).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
   void sample_lights(size_t first, size_t count, PathContext& context) const;
+  template <typename Sink>
+  void shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const;
   void tint_shadows(PathContext& context) const; // of trace_shadows()
+  void split_shadows(PathContext& context) const;
+  void add_split(size_t slot, const Rgb& radiance, PathContext& context, Film& film) const;
   [[nodiscard]] static PathInFlight path_at(uint32_t slot, PathContext& context);
 
   PathStages stages_;
@@ -47,6 +53,7 @@ class PathIntegrator final : public Integrator {
   Sampler sampler_;
   PixelFilter filter_;
   AovSet aovs_;
+  LightGroups light_groups_; // none: not split by them
 };
 
 } // namespace kindling

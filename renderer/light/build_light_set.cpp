@@ -125,8 +125,8 @@ void LightSet::add_punctuals(const LightSetInput& input) {
   std::vector<Punctual> lights;
   std::vector<LightFrame> keys;
   // `light` has all properties of its kind except for the frame.
-  const auto add = [&](Punctual light, const std::string& name, const LightFrame& first,
-                       const std::vector<LightFrame>& later) {
+  const auto add = [&](Punctual light, const auto& input_light, const LightFrame& first) {
+    const std::vector<LightFrame>& later = input_light.later;
     if (!later.empty()) {
       light.key_count = static_cast<uint32_t>(1 + later.size());
       light.first_key = static_cast<uint32_t>(keys.size());
@@ -134,7 +134,8 @@ void LightSet::add_punctuals(const LightSetInput& input) {
       keys.insert(keys.end(), later.begin(), later.end());
     }
     lights.push_back(light);
-    punctual_names_.push_back(name);
+    punctual_names_.push_back(input_light.name);
+    punctual_sources_.push_back(input_light.source);
   };
   const auto inverse = [](const std::optional<float>& range_m) {
     return range_m && *range_m > 0.0f ? 1.0f / *range_m : 0.0f;
@@ -143,7 +144,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     Punctual p{Punctual::Kind::point, light.position, V3f(0.0f), light.intensity};
     p.inverse_range = inverse(light.range_m);
     p.radius = accepted_size(light.radius_m);
-    add(p, light.name, {light.position}, light.later);
+    add(p, light, {light.position});
   }
   for (const SpotLight& light : input.spots) {
     Punctual p{Punctual::Kind::spot, light.position, light.axis, light.intensity};
@@ -153,7 +154,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     p.radius = accepted_size(light.radius_m);
     LightFrame frame{light.position};
     frame.z = -light.axis;
-    add(p, light.name, frame, light.later);
+    add(p, light, frame);
   }
   std::vector<LightProfileView> webs;
   for (const ProfiledLight& light : input.profiled) {
@@ -162,7 +163,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     p.radius = accepted_size(light.radius_m);
     p.x = light.axes[0];
     p.y = light.axes[1];
-    add(p, light.name, {light.position, light.axes[0], light.axes[1], light.axes[2]}, light.later);
+    add(p, light, {light.position, light.axes[0], light.axes[1], light.axes[2]});
     webs.push_back(*light.profile);
     arrays_.share(light.profile);
   }
@@ -174,7 +175,7 @@ void LightSet::add_punctuals(const LightSetInput& input) {
     p.one_minus_cos = 2.0f * square(elementary::sin(0.5f * half));
     LightFrame frame;
     frame.z = -light.direction;
-    add(p, light.name, frame, light.later);
+    add(p, light, frame);
   }
   for (Punctual& p : lights) {
     const float factor =
@@ -216,8 +217,8 @@ void LightSet::prepare_shapes(std::span<Punctual> lights) {
 
 size_t LightSet::memory_bytes() const {
   return sizeof(*this) + arrays_.bytes() + meshes_.size() * sizeof(EmissiveMesh) +
-         punctual_names_.size() * sizeof(std::string) + stored_spheres_.memory_bytes() + stored_tree_.memory_bytes() +
-         (stored_environment_ ? stored_environment_->memory_bytes() : 0);
+         punctual_names_.size() * (sizeof(std::string) + sizeof(uint32_t)) + stored_spheres_.memory_bytes() +
+         stored_tree_.memory_bytes() + (stored_environment_ ? stored_environment_->memory_bytes() : 0);
 }
 
 } // namespace kindling

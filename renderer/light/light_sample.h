@@ -5,6 +5,8 @@
 #include "renderer/base/math.h"
 #include "renderer/light/light_probabilities.h"
 
+#include <cstdint>
+
 namespace kindling {
 
 // The contribution of a sample is f(wo, wi) |cos| * radiance / pdf. All members are in world space.
@@ -17,6 +19,7 @@ struct LightSample {
   LightKind kind = LightKind::tree;
   float kind_probability = 1.0f; // selection probability of the kind; a factor of pdf
   V3f normal{0.0f};              // unit, of the light's surface on the side of the point; zero without a surface
+  uint32_t emitter = 0;          // number of triangle or light, triangles first; undefined for the environment
 };
 
 } // namespace kindling

@@ -155,9 +155,11 @@ std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, 
                                    {first_coordinate(emitter->u), query.u.y}, query.time);
     if (!result) return std::nullopt;
     result->pdf *= emitter->probability;
+    result->emitter = emitter->emitter;
     break;
   case LightKind::directional:
     result = sample_punctual(choice.directional, query.point, {first_coordinate(choice.rest), query.u.y}, query.time);
+    result->emitter = static_cast<uint32_t>(triangles.size()) + choice.directional;
     break;
   case LightKind::environment: result = environment.sample({first_coordinate(choice.rest), query.u.y}); break;
   }

@@ -23,6 +23,12 @@ class LightSet : public LightSetView {
 
   [[nodiscard]] size_t memory_bytes() const;
 
+  [[nodiscard]] std::span<const EmissiveMesh> meshes() const { return meshes_; }
+  [[nodiscard]] const std::string& punctual_name(size_t number) const { return punctual_names_[number]; }
+  // Returns the `source` of the input's light; `number` is an index into punctuals,
+  // as for punctual_name().
+  [[nodiscard]] uint32_t punctual_source(size_t number) const { return punctual_sources_[number]; }
+
  private:
   friend class PerLightSampling;
 
@@ -39,6 +45,7 @@ class LightSet : public LightSetView {
   std::shared_ptr<const Environment> stored_environment_;
   std::vector<EmissiveMesh> meshes_;
   std::vector<std::string> punctual_names_;
+  std::vector<uint32_t> punctual_sources_;
   size_t kind_count_ = 0; // the tree, each directional light twice, and the environment
 };
 

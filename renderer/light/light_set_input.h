@@ -44,6 +44,8 @@ struct EmissiveMesh {
   uint32_t first = 0; // index into LightSetInput::triangles
   uint32_t count = 0;
   std::string name;
+  int node = -1;         // of the scene: index, below 0: unknown
+  uint32_t material = 0; // likewise
 };
 
 // Point, spot and profiled lights with a radius are uniformly emitting spheres: every point of the
@@ -53,6 +55,7 @@ struct EmissiveMesh {
 // points.
 //
 // `later` holds the frames at the keys after the first, for lights that move over the shutter.
+// `source` is the caller's number of a light (LightSet::punctual_source()).
 struct PointLight {
   V3f position;
   Rgb intensity; // candela per channel
@@ -60,6 +63,7 @@ struct PointLight {
   std::string name;
   float radius_m = 0.0f; // below a micrometer: a point
   std::vector<LightFrame> later;
+  uint32_t source = 0;
 };
 // light.intensity is multiplied by the profile's intensity in the direction.
 struct ProfiledLight {
@@ -70,6 +74,7 @@ struct ProfiledLight {
   std::string name;
   float radius_m = 0.0f;
   std::vector<LightFrame> later;
+  uint32_t source = 0;
 };
 struct SpotLight {
   V3f position;
@@ -81,6 +86,7 @@ struct SpotLight {
   std::string name;
   float radius_m = 0.0f;
   std::vector<LightFrame> later;
+  uint32_t source = 0;
 };
 struct DirectionalLight {
   V3f direction;  // unit, direction of emission
@@ -88,6 +94,7 @@ struct DirectionalLight {
   std::string name;
   float angular_diameter_rad = 0.0f; // of a uniform disk in the sky, up to pi; below a microradian: a point
   std::vector<LightFrame> later;
+  uint32_t source = 0;
 };
 
 struct LightSetInput {

@@ -132,6 +132,24 @@ struct LightSetView {
   // heuristic between the direction's density and that of light sampling. They do not occlude each
   // other. Directional lights count if the ray escapes.
   [[nodiscard]] Rgb shape_radiance(const ShapeRay& ray) const;
+  // Calls visit(number, radiance) for each light that shape_radiance() adds up; `number` is an
+  // index into punctuals.
+  template <typename Visit>
+  void visit_shapes(const ShapeRay& ray, const Visit& visit) const {
+    const auto visit_one = [&](uint32_t number, const Rgb& radiance) {
+      if (!is_black(radiance)) visit(number, radiance);
+    };
+    spheres.visit(ray.origin, ray.direction, ray.end_m, [&](uint32_t number) {
+      Rgb radiance(0.0f);
+      add_sphere(number, ray, radiance);
+      visit_one(number, radiance);
+    });
+    for (size_t i = 0; i < (ray.end_m == kInfinity ? disks.size() : 0); ++i) {
+      Rgb radiance(0.0f);
+      add_disk(disks[i], ray, radiance);
+      visit_one(disks[i], radiance);
+    }
+  }
 
   // Returns the radiance of triangle `triangle` along -wi at barycentrics (u, v). Black on a dark
   // side.

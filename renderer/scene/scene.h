@@ -128,6 +128,8 @@ struct Material {
   bool specular_glossiness = false;
   float glossiness_factor = 1.0f;
 
+  std::string light_group; // of its emission, of Kindling's extras; empty: none
+
   std::vector<std::string> extensions_used; // every extension object found on it, supported or not; for `info`
 };
 
@@ -216,6 +218,7 @@ struct Node {
   std::vector<float> weights;           // overrides Mesh::weights unless empty
   std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in node space
   bool visible = true;                  // KHR_node_visibility; false hides the node and its descendants
+  std::string light_group;              // of the light that it and its descendants emit, of Kindling's extras
 };
 
 struct Skin {
@@ -283,7 +286,8 @@ struct PunctualLight {
   std::optional<float> angular_diameter_rad; // directional: angular diameter of the disk in the sky
   float inner_cone_rad = 0.0f;               // spot, half angles
   float outer_cone_rad = kPi / 4.0f;
-  int photometry = kNone; // EXT_lights_ies, with kind point: index into Scene::photometries; `intensity` scales it
+  int photometry = kNone;  // EXT_lights_ies, with kind point: index into Scene::photometries; `intensity` scales it
+  std::string light_group; // of Kindling's extras; empty: none
 };
 
 // EXT_lights_ies: the measured light distribution of a luminaire (IES LM-63).

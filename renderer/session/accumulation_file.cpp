@@ -40,6 +40,7 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   header.summary = {identity, state.coverage, state.work};
   header.aovs = state.film.aovs();
   header.trims_outliers = state.film.trims_outliers();
+  header.light_groups = state.film.light_groups();
   header.adaptive = !state.adaptive.empty();
   const std::vector<StoredPlane> planes = planes_of(header, state.film.crop());
   uint64_t span_bytes = 0;

@@ -3,6 +3,7 @@
 #include "renderer/session/accumulation_header.h"
 
 #include "renderer/session/json_text.h"
+#include "renderer/world/light_groups.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -233,6 +234,18 @@ AccumulationIdentity identity_from_json(const Json& json) {
   return identity;
 }
 
+std::vector<std::string> light_groups_from_json(const Json& json) {
+  if (json.empty() || json.size() > kMaxLightGroups)
+    unsound("light_groups", fmt::format("a list of 1 to {} names", kMaxLightGroups));
+  std::vector<std::string> names;
+  for (const Json& name : json) {
+    names.push_back(text_from_json(name, "light_groups"));
+    if (names.back().empty() || std::find(names.begin(), names.end() - 1, names.back()) != names.end() - 1)
+      unsound("light_groups", "a list of different names");
+  }
+  return names;
+}
+
 ParsedHeader parse(std::string_view text_of_json) {
   if (json_depth(text_of_json) > kMaxJsonDepth) throw Unsound(fmt::format("it has more than {} levels", kMaxJsonDepth));
   const Json json = Json::parse(text_of_json);
@@ -252,6 +265,7 @@ ParsedHeader parse(std::string_view text_of_json) {
     header.aovs.insert(*aov);
   }
   header.trims_outliers = flag(json, "trims_outliers");
+  if (json.contains("light_groups")) header.light_groups = light_groups_from_json(list(json, "light_groups"));
   header.adaptive = flag(json, "adaptive");
   const Json& coverage = member(json, "coverage");
   parsed.area = rect_from_json(coverage, "area", header.summary.identity.size_px);
@@ -292,6 +306,7 @@ std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const Pixel
   // The planes do not depend on the size, so one pixel will do.
   Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs);
   if (header.trims_outliers) film.trim_outliers();
+  film.split_by_light_groups(header.light_groups);
   std::vector<StoredPlane> planes;
   for (const Film::Plane& plane : film.planes())
     planes.push_back({std::string(plane.name), plane.bytes_per_pixel, pixels});
@@ -329,6 +344,7 @@ std::string header_to_json(const AccumulationHeader& header) {
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);
   json["trims_outliers"] = header.trims_outliers;
+  for (const std::string& name : header.light_groups) json["light_groups"].push_back(text_to_json(name));
   json["adaptive"] = header.adaptive;
   json["coverage"] = {{"area", rect_to_json(area)}, {"runs", runs_to_json(header.summary.coverage)}};
   json["planes"] = Json::array();

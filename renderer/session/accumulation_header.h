@@ -27,6 +27,7 @@ struct AccumulationHeader {
   AccumulationSummary summary; // after reading its coverage has no blocks yet: see ParsedHeader
   AovSet aovs;
   bool trims_outliers = false;
+  std::vector<std::string> light_groups;
   bool adaptive = false;
 };
 

@@ -73,6 +73,20 @@ Result<void> check_adaptive(const RenderSettings& settings) {
   return {};
 }
 
+// Only paths on the CPU know where their light comes from.
+Result<void> check_split_light(const RenderSettings& settings) {
+  std::string wanted;
+  if (settings.integrator.light_groups != LightGrouping::off) wanted = "--light-groups";
+  for (const AovInfo& info : kAovs)
+    if (settings.aovs.contains(info.aov) && is_light_pass(info.aov)) wanted = "--aov " + std::string(info.name);
+  if (wanted.empty()) return {};
+  if (settings.integrator.kind != IntegratorKind::path)
+    return refuse(wanted + ": the integrator '" + std::string(integrator_name(settings.integrator.kind)) +
+                  "' does not split its light; use --integrator path");
+  if (settings.device != DeviceKind::cpu) return refuse(wanted + ": devices do not split light; use --device cpu");
+  return {};
+}
+
 } // namespace
 
 Result<void> check_settings(const RenderSettings& settings, const Camera& camera) {
@@ -84,7 +98,7 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
-  for (const auto& check : {check_pixels, check_samples, check_adaptive})
+  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_split_light})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");

@@ -160,6 +160,7 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--caustics"] = caustics_name(s.caustics);
   j["--guiding"] = guiding_name(o.guiding);
   j["--training-paths"] = json_number(o.training_paths);
+  j["--light-groups"] = light_grouping_name(s.light_groups);
   j["--ao-distance"] = json_number(s.ao_distance_m);
   j["--accel"] = accelerator_identity(world.accelerator);
   j["--accel-quality"] = accel::quality_name(world.quality);

@@ -11,6 +11,7 @@
 #include "renderer/session/check_settings.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
+#include "renderer/world/light_groups.h"
 
 #include <tbb/global_control.h>
 #include <tbb/info.h>
@@ -28,10 +29,11 @@ Sampler make_sampler(const RenderSettings& settings) {
   return Sampler(settings.seed, settings.sampler, settings.planned());
 }
 
-RenderState empty_state(const RenderSettings& settings) {
+RenderState empty_state(const RenderSettings& settings, std::vector<std::string> light_groups) {
   const PixelRect area = rendered_pixels(settings);
   RenderState state{Film(settings.size_px, area, settings.aovs), Coverage(area), {}, {}};
   if (settings.outliers == Outliers::trim) state.film.trim_outliers();
+  state.film.split_by_light_groups(std::move(light_groups));
   return state;
 }
 
@@ -100,8 +102,13 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
                              const CancelToken* cancel, ProgressListener* listener, RenderContinuity continuity) {
   RenderSettings settings = wanted_settings;
   if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
+  Result<LightGroups> groups =
+      make_light_groups(world, settings.integrator.light_groups, settings.integrator.background.has_value());
+  if (!groups) return groups.error();
   if (continuity.resume_from) {
     if (const Result<void> checked = check_state(settings, *continuity.resume_from); !checked) return checked.error();
+    if (continuity.resume_from->film.light_groups() != groups.value().names)
+      return Error{ErrorKind::usage, "resuming: the state has other light groups"};
     // The guide of all runs is the same.
     const std::optional<uint64_t>& before = continuity.resume_from->work.training_paths;
     if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
@@ -128,7 +135,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
                             [&](uint64_t paths) { progress.paths_trained(paths); });
     });
   }
-  if (!state) state = empty_state(settings);
+  if (!state) state = empty_state(settings, std::move(groups.value().names));
   RenderStatistics statistics;
   statistics.guiding = trained.statistics;
   if (max_training_s(settings) && training_paths(settings) > 0)

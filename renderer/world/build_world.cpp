@@ -5,6 +5,7 @@
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/world/builtin_environment.h"
 #include "renderer/world/emitter_budget.h"
+#include "renderer/world/file_light_groups.h"
 #include "renderer/world/find_contacts.h"
 #include "renderer/world/image_light_environment.h"
 #include "renderer/world/persistent_meshes.h"
@@ -70,8 +71,7 @@ class WorldBuilder {
   [[nodiscard]] bool cancelled() const { return cancel_ && cancel_->cancelled(); }
   static Error cancelled_error() { return {ErrorKind::render_failed, "cancelled while the scene was prepared"}; }
 
-  // --- Textures and materials
-  // ---------------------------------------------------------------------
+  // --- Textures and materials ---
 
   Result<void> prepare_materials() {
     std::vector<ShadingMaterial> materials;
@@ -109,8 +109,7 @@ class WorldBuilder {
     return {};
   }
 
-  // --- Geometry
-  // -----------------------------------------------------------------------------------
+  // --- Geometry ---
 
   // True if rays can skip the hit filter for this geometry.
   [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
@@ -131,6 +130,7 @@ class WorldBuilder {
   }
 
   void take_geometry() {
+    world_->file_light_groups_ = find_file_light_groups(scene_);
     const SceneChanges changes = posed_.animated ? SceneChanges(scene_) : SceneChanges();
     PreparedGeometry prepared = prepare_geometry(scene_, posed_, &parts_);
     world_->geometries_ = std::move(prepared.geometries);
@@ -157,7 +157,6 @@ class WorldBuilder {
   }
 
   // --- Lights ---
-
   void collect_emissive_triangles(LightSetInput& input) {
     std::map<uint32_t, uint32_t> emission_of_material;
     std::vector<uint32_t> first_emissive;
@@ -199,9 +198,9 @@ class WorldBuilder {
         if (instance.moving)
           for (size_t i = 0; i < geometry.indices.size(); i += 3) append_keys(input, geometry, instance, i);
         jobs.push_back({&geometry, &material, static_cast<size_t>(pointer - instances_.data()), count, entry->second});
-        const size_t triangles = geometry.indices.size() / 3;
-        input.meshes.push_back({static_cast<uint32_t>(count), static_cast<uint32_t>(triangles),
-                                world_->material_names_[geometry.material]});
+        const auto triangles = static_cast<uint32_t>(geometry.indices.size() / 3);
+        input.meshes.push_back({static_cast<uint32_t>(count), triangles, world_->material_names_[geometry.material],
+                                world_->node_of(m, static_cast<uint32_t>(jobs.back().instance)), geometry.material});
         count += triangles;
       }
     }
@@ -324,6 +323,7 @@ class WorldBuilder {
     input.scene_radius_m = std::max(world_->bounds.size().length() * 0.5f, 1e-6f);
     world_->light_set_ = std::make_unique<LightSet>(std::move(input));
     world_->lights = *world_->light_set_;
+    add_groups_of_lights(scene_, posed_, *world_->light_set_, world_->file_light_groups_);
   }
 
   // --- Accelerator ---

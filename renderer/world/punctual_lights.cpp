@@ -24,7 +24,8 @@ std::shared_ptr<const LightProfile> make_profile(const Photometry& web) {
 
 void add_punctual_lights(const Scene& scene, const std::vector<PosedLight>& posed_lights, LightSetInput& input) {
   std::vector<std::shared_ptr<const LightProfile>> profiles(scene.photometries.size());
-  for (const PosedLight& posed : posed_lights) {
+  for (uint32_t source = 0; source < posed_lights.size(); ++source) {
+    const PosedLight& posed = posed_lights[source];
     const PunctualLight& light = scene.lights[static_cast<size_t>(posed.light)];
     const auto [position, x, y, z] = frame_of(posed.light_to_world);
     const Rgb strength = light.color * light.intensity;
@@ -34,21 +35,21 @@ void add_punctual_lights(const Scene& scene, const std::vector<PosedLight>& pose
     if (light.photometry != kNone) {
       auto& profile = profiles[static_cast<size_t>(light.photometry)];
       if (!profile) profile = make_profile(scene.photometries[static_cast<size_t>(light.photometry)]);
-      input.profiled.push_back({position, {x, y, z}, strength, profile, light.name, radius, std::move(later)});
+      input.profiled.push_back({position, {x, y, z}, strength, profile, light.name, radius, std::move(later), source});
       continue;
     }
     switch (light.kind) {
     case PunctualLight::Kind::point:
-      input.points.push_back({position, strength, light.range_m, light.name, radius, std::move(later)});
+      input.points.push_back({position, strength, light.range_m, light.name, radius, std::move(later), source});
       break;
     case PunctualLight::Kind::directional:
       input.directionals.push_back(
-          {-z, strength, light.name, light.angular_diameter_rad.value_or(0.0f), std::move(later)});
+          {-z, strength, light.name, light.angular_diameter_rad.value_or(0.0f), std::move(later), source});
       break;
     case PunctualLight::Kind::spot:
       input.spots.push_back({position, -z, strength, elementary::cos(light.inner_cone_rad),
-                             elementary::cos(light.outer_cone_rad), light.range_m, light.name, radius,
-                             std::move(later)});
+                             elementary::cos(light.outer_cone_rad), light.range_m, light.name, radius, std::move(later),
+                             source});
       break;
     }
   }

@@ -14,6 +14,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kindling {
@@ -45,6 +46,21 @@ struct WorldStatistics {
   accel::Statistics accelerator;
 };
 
+// The light groups that a file's extras name; empty where there is none.
+struct FileLightGroups {
+  std::vector<std::string> nodes;     // by index in Scene::nodes, inherited from its ancestors; empty: none has one
+  std::vector<std::string> punctuals; // by index among LightSetView::punctuals, likewise
+  std::vector<std::string> materials; // by material, likewise
+
+  [[nodiscard]] std::string_view of_punctual(size_t number) const { return at(punctuals, number); }
+  [[nodiscard]] std::string_view of_material(size_t material) const { return at(materials, material); }
+
+ private:
+  [[nodiscard]] static std::string_view at(const std::vector<std::string>& groups, size_t i) {
+    return i < groups.size() ? std::string_view(groups[i]) : std::string_view();
+  }
+};
+
 class World : public WorldView {
  public:
   World(const World&) = delete;
@@ -70,9 +86,11 @@ class World : public WorldView {
 
   [[nodiscard]] const std::string& material_name(uint32_t material) const { return material_names_[material]; }
   // Returns the index in Scene::nodes of the node whose mesh was hit.
-  [[nodiscard]] int node_of(const accel::Hit& hit) const {
-    return hit.mesh < baked_nodes_.size() ? baked_nodes_[hit.mesh] : instance_nodes_[hit.instance];
+  [[nodiscard]] int node_of(const accel::Hit& hit) const { return node_of(hit.mesh, hit.instance); }
+  [[nodiscard]] int node_of(uint32_t mesh, uint32_t instance) const {
+    return mesh < baked_nodes_.size() ? baked_nodes_[mesh] : instance_nodes_[instance];
   }
+  [[nodiscard]] const FileLightGroups& file_light_groups() const { return file_light_groups_; }
   [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
 
  private:
@@ -95,6 +113,7 @@ class World : public WorldView {
   const std::atomic<bool>* abandon_ = nullptr;
   bool lit_by_emission_alone_ = false;
   std::vector<std::string> material_names_;
+  FileLightGroups file_light_groups_;
   std::vector<int> baked_nodes_;    // by geometry, of the first ones
   std::vector<int> instance_nodes_; // by instance
   std::vector<accel::TriangleMesh> accel_meshes_;

@@ -63,6 +63,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--scale", {true, kNone, {"--scale", "0.5"}}},
       {"--crop", {true, kNone, {"--crop", "0,0,8,8"}}},
       {"--aov", {true, {"-o", "a.exr"}, {"--aov", "depth"}}},
+      {"--light-groups", {true, {"-o", "a.exr"}, {"--light-groups", "kind"}}},
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
       {"--jpeg-quality", {false, kNone, {"--jpeg-quality", "50"}}},

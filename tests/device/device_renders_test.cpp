@@ -22,7 +22,8 @@ Camera camera_with(const CameraLens& lens = {}) {
 
 RenderSettings all_aovs(uint32_t samples) {
   RenderSettings settings = small_render(kSize, samples);
-  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  for (const AovInfo& info : kAovs)
+    if (!is_light_pass(info.aov)) settings.aovs.insert(info.aov);
   return settings;
 }
 

@@ -178,9 +178,21 @@ TEST(ExactFilm, PlanesFollowRequestedAovs) {
   depth.insert(Aov::depth);
   EXPECT_EQ(sizes(direct, false), (Sizes{{"beauty", 72}, {"components", 96}}));
   EXPECT_EQ(sizes(depth, false), (Sizes{{"beauty", 72}, {"surface", 128}}));
-  EXPECT_EQ(
-      sizes(all_aovs(), true),
-      (Sizes{{"beauty", 72}, {"variance", 56}, {"surface", 128}, {"guides", 48}, {"components", 96}, {"blocks", 224}}));
+  AovSet passes;
+  for (const Aov pass : {Aov::glossy_direct, Aov::environment}) passes.insert(pass);
+  EXPECT_EQ(sizes(passes, false), (Sizes{{"beauty", 72}, {"light passes", 96}}));
+  EXPECT_EQ(sizes(all_aovs(), true), (Sizes{{"beauty", 72},
+                                            {"variance", 56},
+                                            {"surface", 128},
+                                            {"guides", 48},
+                                            {"components", 96},
+                                            {"blocks", 224},
+                                            {"light passes", 480},
+                                            {"lobe colors", 72}}));
+  Film grouped({1, 1}, {{0, 0}, {1, 1}}, {});
+  grouped.split_by_light_groups({"key", "fill", "sky"});
+  EXPECT_EQ(grouped.planes().back().name, "light groups");
+  EXPECT_EQ(grouped.planes().back().bytes_per_pixel, 144U);
 }
 
 // The records have the layout that README.md describes.

@@ -31,6 +31,29 @@ TEST(LightExtras, ReadsAllKeys) {
   EXPECT_FALSE(plain.scene->lights[0].angular_diameter_rad);
 }
 
+TEST(LightExtras, LightGroupsOfLightsMaterialsAndNodes) {
+  GltfBuilder builder;
+  builder.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  builder.root["extensions"]["KHR_lights_punctual"]["lights"] =
+      json::parse(R"([{"type": "point", "extras": {"kindling": {"lightGroup": "key"}}}, {"type": "point"}])");
+  builder.root["materials"] = json::parse(
+      R"([{"extras": {"kindling": {"lightGroup": "screen"}}}, {"extras": {"kindling": {"lightGroup": 7}}}])");
+  builder.root_node({{"extras", {{"kindling", {{"lightGroup", "room"}}}, {"other", 1}}}});
+  builder.root_node({{"extras", {{"kindling", {{"lightGroup", ""}, {"group", "x"}}}}}});
+  const Loaded loaded = load(builder);
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_EQ(loaded.scene->lights[0].light_group, "key");
+  EXPECT_EQ(loaded.scene->lights[1].light_group, "");
+  EXPECT_EQ(loaded.scene->materials[0].light_group, "screen");
+  EXPECT_EQ(loaded.scene->materials[1].light_group, "");
+  EXPECT_EQ(loaded.scene->nodes[0].light_group, "room");
+  EXPECT_EQ(loaded.scene->nodes[1].light_group, "");
+  EXPECT_TRUE(loaded.warned("/materials/1/extras/kindling/lightGroup"));
+  EXPECT_TRUE(loaded.warned("/nodes/1/extras/kindling/lightGroup"));
+  EXPECT_TRUE(loaded.warned("'group' is ignored, expected one of lightGroup"));
+  EXPECT_EQ(loaded.warnings.size(), 3U);
+}
+
 TEST(LightExtras, WarnsOfIgnoredValues) {
   struct BrokenLight {
     const char* type;
@@ -41,10 +64,12 @@ TEST(LightExtras, WarnsOfIgnoredValues) {
            BrokenLight{"point", R"({"radius": -1})",
                        "radius: '-1' is ignored, expected a length from 0 to 1e9, in meters"},
            BrokenLight{"point", R"({"radius": "wide"})", R"(radius: '"wide"' is ignored)"},
-           BrokenLight{"point", R"({"angularDiameter": 0.1})", "'angularDiameter' is ignored, expected one of radius"},
+           BrokenLight{"point", R"({"angularDiameter": 0.1})",
+                       "'angularDiameter' is ignored, expected one of radius, lightGroup"},
            BrokenLight{"directional", R"({"angularDiameter": 4})",
                        "angularDiameter: '4' is ignored, expected an angle"},
-           BrokenLight{"directional", R"({"radius": 1})", "'radius' is ignored, expected one of angularDiameter"},
+           BrokenLight{"directional", R"({"radius": 1})",
+                       "'radius' is ignored, expected one of angularDiameter, lightGroup"},
        }) {
     const Loaded loaded = with_extras_light(std::string(R"({"type": ")") + broken.type +
                                             R"(", "extras": {"kindling": )" + broken.own + "}}");

@@ -1,6 +1,7 @@
 // Integrators allocate nothing per sample, counted through the global operator new.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/guide.h"
+#include "renderer/world/light_groups.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/texture/graph_builder.h"
 
@@ -56,6 +57,7 @@ TEST(Allocation, NonePerSample) {
       IntegratorSettings settings;
       settings.kind = integrator_kind;
       settings.whitted.light_strata = settings.whitted.glossy_strata = 2;
+      settings.light_groups = LightGrouping::kind;
       AovSet aovs;
       for (const AovInfo& info : kAovs) aovs.insert(info.aov);
       const Sampler sampler(1);
@@ -66,6 +68,7 @@ TEST(Allocation, NonePerSample) {
       const auto context = integrator->make_context();
       const PixelRect block{V2i(0, 0), V2i(8, 8)};
       Film film(V2i(8, 8), block, aovs);
+      film.split_by_light_groups(make_light_groups(*world, settings.light_groups, false).value().names);
       integrator->render_block(block, {0, 4}, *context, film); // accelerator and context may allocate here
       const long before = allocations;
       integrator->render_block(block, {4, 20}, *context, film);

@@ -53,7 +53,8 @@ RenderSettings whitted_form(uint32_t spp) {
   settings.integrator.whitted.trace_depth = 6;
   settings.integrator.whitted.light_strata = 2;
   settings.integrator.whitted.glossy_strata = 2;
-  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  for (const AovInfo& info : kAovs)
+    if (!is_light_pass(info.aov)) settings.aovs.insert(info.aov);
   return settings;
 }
 

@@ -11,6 +11,7 @@ class Parts : public testing::TestWithParam<SplitCase> {};
 
 RenderState empty_state(const Film& whole, bool trim) {
   RenderState state{Film(whole.size_px(), whole.crop(), whole.aovs()), Coverage(whole.crop()), {}, {}};
+  state.film.split_by_light_groups(whole.light_groups());
   if (trim) state.film.trim_outliers();
   return state;
 }

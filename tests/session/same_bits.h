@@ -32,6 +32,18 @@ inline void expect_same_bits(const Film& part, const Film& whole, const std::str
           << info.name << " differs in row " << y << " with " << what;
     }
   }
+  ASSERT_EQ(part.light_groups(), whole.light_groups());
+  const auto row = static_cast<size_t>(crop.width()) * 3;
+  for (size_t g = 0; g < whole.light_groups().size(); ++g) {
+    const std::vector<float> found = part.resolve_light_group(g), expected = whole.resolve_light_group(g);
+    for (int y = crop.min.y; y < crop.max.y; ++y) {
+      const size_t from = static_cast<size_t>(y - all.min.y) * static_cast<size_t>(all.width()) +
+                          static_cast<size_t>(crop.min.x - all.min.x);
+      ASSERT_EQ(
+          std::memcmp(&found[static_cast<size_t>(y - crop.min.y) * row], &expected[from * 3], row * sizeof(float)), 0)
+          << whole.light_groups()[g] << " differs in row " << y << " with " << what;
+    }
+  }
 }
 
 } // namespace kindling::test

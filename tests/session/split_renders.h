@@ -60,7 +60,9 @@ class SplitScene {
   [[nodiscard]] RenderSettings settings() const {
     RenderSettings settings = small_render(kSize, 9);
     settings.integrator.roulette_start_bounce = 2;
-    for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+    for (const AovInfo& info : kAovs)
+      if (kind_ != SplitKind::whitted || !is_light_pass(info.aov)) settings.aovs.insert(info.aov);
+    if (kind_ != SplitKind::whitted) settings.integrator.light_groups = LightGrouping::name;
     settings.outliers = Outliers::trim;
     switch (kind_) {
     case SplitKind::path: break;

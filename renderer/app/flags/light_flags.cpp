@@ -1,9 +1,12 @@
-// Declares --light-radius and --sun-angle.
+// Declares --light-radius, --sun-angle and --light-groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 
 #include "renderer/app/flags/flag_set.h"
+#include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/text/parse_values.h"
+
+#include <fmt/format.h>
 
 namespace kindling::app {
 
@@ -14,6 +17,17 @@ void add_light_flags(FlagSet& flags, LightOptions& o) {
   flags.value("--sun-angle", "DEG",
               "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
+}
+
+void add_light_groups_flag(FlagSet& flags, IntegratorSettings& s) {
+  flags.value("--light-groups", "off|kind|name|extras",
+              fmt::format("Layers of EXR files by light group, for 'kindling relight': by the kind of light "
+                          "(environment, suns, lights, emissive), by name, or by the scene's extras [{}]",
+                          light_grouping_name(s.light_groups)),
+              [&s](auto text) {
+                return choose(light_grouping_from_name(text), s.light_groups, "way of grouping lights", text,
+                              {kLightGroupingNames.begin(), kLightGroupingNames.end()});
+              });
 }
 
 } // namespace kindling::app

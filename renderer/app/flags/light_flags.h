@@ -1,4 +1,4 @@
-// The flags that give sizes to the scene's lights.
+// The flags of the scene's lights: their sizes and groups.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,5 +9,6 @@ namespace kindling::app {
 class FlagSet;
 
 void add_light_flags(FlagSet& flags, LightOptions& options);
+void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);
 
 } // namespace kindling::app

@@ -32,6 +32,7 @@ Usage:
   kindling view SCENE [flags]                  render a scene in a browser, as camera and settings change
   kindling merge PART... -o FILE [flags]       add up parts that were rendered separately
   kindling denoise FILE -o FILE [flags]        denoise an .exr image or a .kacc file
+  kindling relight FILE --group NAME=FACTOR    change the lights of an image with light groups
   kindling info SCENE [flags]                  print the contents of a scene
   kindling info FILE.kacc [--json]             print the contents of a checkpoint or part, and check it
   kindling shootout SCENE... [flags]           race the accelerators on the scenes' own rays
@@ -73,6 +74,9 @@ constexpr const char* kPartHelp =
 constexpr const char* kImageHelp = "\n\nFILE is an EXR image, of this or another renderer, with layers of albedo and "
                                    "normal if it has some, or a .kacc "
                                    "file. [Defaults] are in brackets.";
+
+constexpr const char* kGroupsHelp = "\n\nFILE is an EXR image or a .kacc file of a render with --light-groups, or an "
+                                    "EXR image of Blender with light groups. [Defaults] are in brackets.";
 
 // A command of the program: its name, operand and flags. A new command gets a specialization here
 // and an entry in Commands.
@@ -152,6 +156,20 @@ struct Command<DenoiseOptions> {
   static void add_flags(FlagSet& flags, DenoiseOptions& options) { add_denoise_flags(flags, options); }
   static Result<void> check(const FlagSet& flags, DenoiseOptions& options) {
     return check_denoise_flags(flags, options);
+  }
+};
+
+template <>
+struct Command<RelightOptions> {
+  static constexpr std::string_view kName = "relight";
+  static constexpr const char* kDescription = "Changes the lights of a finished image that has light groups.";
+  static constexpr const char* kOperand = "FILE";
+  static constexpr const char* kUsage = "FILE.exr|FILE.kacc --group GROUP=FACTOR[,...] [-o FILE]... [flags]";
+  static constexpr const char* kOperandHelp = kGroupsHelp;
+  static std::filesystem::path& operand(RelightOptions& options) { return options.file; }
+  static void add_flags(FlagSet& flags, RelightOptions& options) { add_relight_flags(flags, options); }
+  static Result<void> check(const FlagSet& flags, RelightOptions& options) {
+    return check_relight_flags(flags, options);
   }
 };
 
@@ -246,7 +264,7 @@ struct CommandList {
 };
 
 using Commands = CommandList<RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
-                             DenoiseOptions, LiveOptions>;
+                             DenoiseOptions, RelightOptions, LiveOptions>;
 
 // The command with several actions, which has a parser of its own.
 constexpr std::string_view kFarm = "farm";

@@ -22,7 +22,7 @@ struct PrintText {
 
 struct CommandLine {
   std::variant<PrintText, RenderOptions, ResumeOptions, InfoOptions, ShootoutOptions, ScalingOptions, MergeOptions,
-               DenoiseOptions, LiveOptions, FarmOptions>
+               DenoiseOptions, RelightOptions, LiveOptions, FarmOptions>
       command;
   std::string text; // as typed, quoted for a shell: for metadata and replays
 };

@@ -7,6 +7,7 @@
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/flags/image_flags.h"
 #include "renderer/app/flags/lens_flags.h"
+#include "renderer/app/flags/light_flags.h"
 #include "renderer/app/flags/part_flags.h"
 #include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/flags/shutter_flags.h"
@@ -95,6 +96,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.repeated("--aov", "NAME[,NAME]...",
                  fmt::format("Additional layers of EXR files: {} [beauty and alpha]", join_choices(aov_names())),
                  [&o](auto text) { return add_aovs(text, o.aovs); });
+  add_light_groups_flag(flags, o.integrator);
   add_image_format_flags(flags, o);
 }
 

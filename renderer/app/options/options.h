@@ -119,6 +119,20 @@ struct DenoiseOptions {
   RenderOptions image;        // uses its outputs, their formats and view, --denoise, --threads, --quiet and --verbose
 };
 
+// A factor on the light of a group.
+struct LightFactor {
+  std::string group;
+  Rgb factor{1.0f};
+};
+
+// Options of `kindling relight`.
+struct RelightOptions {
+  std::filesystem::path file;       // .exr or .kacc
+  std::vector<LightFactor> factors; // of different groups
+  Rgb others{1.0f};                 // the factor of all other groups
+  RenderOptions image; // uses its outputs, their formats and view, --denoise, --threads, --quiet and --verbose
+};
+
 // Options of `kindling scaling`.
 struct ScalingOptions {
   std::vector<std::filesystem::path> scene_files;

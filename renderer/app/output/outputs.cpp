@@ -65,8 +65,11 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
         return Error{ErrorKind::usage, fmt::format("--output: {} and {}: standard output takes one image",
                                                    outputs[j].string(), outputs[i].string())};
   }
-  if (wants_layers(options.aovs) && std::none_of(outputs.begin(), outputs.end(), holds_layers))
+  const bool has_layers = std::any_of(outputs.begin(), outputs.end(), holds_layers);
+  if (wants_layers(options.aovs) && !has_layers)
     return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
+  if (options.integrator.light_groups != LightGrouping::off && !has_layers)
+    return Error{ErrorKind::usage, "--light-groups: only .exr and .kacc files hold light groups; add -o FILE.exr"};
   for (const fs::path& output : outputs) {
     if (is_standard_output(output)) {
       if (isatty(STDOUT_FILENO) != 0)

@@ -21,7 +21,8 @@ using Part = MemoryBudget::Part;
 using Costs = MemoryCosts;
 
 uint64_t film_bytes(const MemoryRequest& request) {
-  const Film one({1, 1}, {{0, 0}, {1, 1}}, request.aovs);
+  Film one({1, 1}, {{0, 0}, {1, 1}}, request.aovs);
+  one.split_by_light_groups(std::vector<std::string>(request.light_groups));
   return one.memory_bytes() * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
 }
 

@@ -4,8 +4,11 @@
 
 #include "renderer/app/setup/available_memory.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/world/light_groups.h"
 
 #include <tbb/task_arena.h>
+
+#include <algorithm>
 
 namespace kindling::app {
 
@@ -14,11 +17,30 @@ void add_environment(const Environment* environment, const RenderOptions& option
   request.decodes_hdr = options.env_file.extension() == ".hdr";
 }
 
+namespace {
+
+// Returns how many groups make_light_groups() can find at most.
+size_t max_light_groups(LightGrouping grouping, const Scene& scene, const PosedScene& posed) {
+  constexpr size_t kKinds = 4;
+  if (grouping == LightGrouping::off) return 0;
+  if (grouping == LightGrouping::kind) return kKinds;
+  const auto shining = std::count_if(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
+    return material.unlit || !is_black(material.emissive_factor);
+  });
+  const auto nodes =
+      std::count_if(scene.nodes.begin(), scene.nodes.end(), [](const Node& node) { return !node.light_group.empty(); });
+  constexpr size_t kEnvironmentAndRest = 2;
+  return std::min(kMaxLightGroups, posed.lights.size() + static_cast<size_t>(shining + nodes) + kEnvironmentAndRest);
+}
+
+} // namespace
+
 std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const PosedImage& image,
                                                  const RenderOptions& options) {
   MemoryRequest request;
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.recorded_aovs();
+  request.light_groups = max_light_groups(options.integrator.light_groups, scene.scene, image.posed);
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;

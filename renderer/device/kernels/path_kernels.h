@@ -50,7 +50,8 @@ struct WaveSink {
     wave.shadow_rays[place] = ray;
     wave.shadow_records[place] = record;
   }
-  // Guides are trained, and samples replayed, on the CPU.
+  // Guides are trained, samples replayed and light groups and passes rendered on the CPU.
+  static constexpr bool kSplits = false;
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
   void reflect(const PathStages::Vertex& /*vertex*/, const GuidedBsdf::Sample& /*scattered*/,

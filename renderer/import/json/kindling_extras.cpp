@@ -74,6 +74,14 @@ std::optional<V2f> KindlingExtras::pair(const char* key, const Range& range) {
   return std::nullopt;
 }
 
+std::optional<std::string> KindlingExtras::text(const char* key) {
+  const json* value = find(key);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_string() && !value->get_ref<const std::string&>().empty()) return value->get<std::string>();
+  warn(key, "a text that is not empty");
+  return std::nullopt;
+}
+
 void KindlingExtras::warn(const char* key, std::string_view accepted) {
   warnings_.add(fmt::format("extras {}", key), fmt::format("{}/{}", pointer_, key),
                 fmt::format("{} is ignored, expected {}", shown_value((*object_)[key]), accepted));

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/materials/materials.h"
 
+#include "renderer/import/json/kindling_extras.h"
 #include "renderer/import/materials/material_extensions.h"
 #include "renderer/import/materials/material_values.h"
 
@@ -46,6 +47,9 @@ void import_materials(const Document& document, Scene& scene, Warnings& warnings
     Material material;
     read_core(materials[i], object, material);
     read_material_extensions(object, pointer, material, warnings);
+    KindlingExtras extras(object, pointer, warnings);
+    material.light_group = extras.text("lightGroup").value_or("");
+    extras.finish();
     if (max_component(material.emissive_factor) > 1.0f) {
       warnings.add("emissive", pointer + "/emissiveFactor",
                    fmt::format("{} is used unchanged; values above 1 require KHR_materials_emissive_strength",

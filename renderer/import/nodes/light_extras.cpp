@@ -19,6 +19,7 @@ void read_light_extras(const nlohmann::json& object, const std::string& pointer,
     light.angular_diameter_rad = extras.number("angularDiameter", kDiameter);
   else
     light.radius_m = extras.number("radius", kRadius);
+  light.light_group = extras.text("lightGroup").value_or("");
   extras.finish();
 }
 

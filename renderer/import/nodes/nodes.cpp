@@ -4,6 +4,7 @@
 
 #include "renderer/import/document/accessor.h"
 #include "renderer/import/json/extensions.h"
+#include "renderer/import/json/kindling_extras.h"
 #include "renderer/import/meshes/meshes.h"
 #include "renderer/import/meshes/vertex_repair.h"
 
@@ -298,6 +299,9 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
     Node node;
     node.name = core.name;
     node.children = core.children;
+    KindlingExtras extras(object, pointer, warnings);
+    node.light_group = extras.text("lightGroup").value_or("");
+    extras.finish();
     node.mesh = core.mesh;
     node.skin = core.skin;
     node.camera = core.camera;

@@ -55,6 +55,8 @@ struct ShadowRecord {
 //   void extend(const PathInFlight&, const accel::Ray&)           the path continues with this ray
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
 //   records(), arrive(), reflect(), offer_light()                 for the training of a guide
+//   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
+//   split_emission(), split_environment()                       kSplits (split_light.h)
 //   surface_event(), scatter_event(), escaped_event()             for the replay of a sample
 //
 // batch_sink.h has one with all of them.
@@ -92,6 +94,8 @@ struct PathStages {
   // block nothing. Camera rays do not see them, straight continuations through transparency
   // included.
   void add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
+  // Returns that segment of the ray.
+  [[nodiscard]] ShapeRay shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
   // `light` is the sample for light_query(); it is read, like `sampled`, only if the surface
   // reflects.
@@ -124,6 +128,8 @@ struct PathStages {
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
   void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
+  // Returns the light that the surface's emission contributes to the path.
+  [[nodiscard]] Rgb light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const;
   void regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // caustics.h
   // Records the data of a surface where a path ends or scatters; `bsdf` is null if it ends.
   void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,

@@ -16,9 +16,8 @@ constexpr float kMinSmoothShare = 0.75f;
 
 } // namespace
 
-void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
-  PathState& state = path.state;
-  if (state.bounce == 0) return;
+ShapeRay PathStages::shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
+  const PathState& state = path.state;
   // Distances are measured from the last reflection, in front of any transparent surfaces passed
   // since.
   const float origin = (ray.origin - state.previous_position).dot(ray.direction);
@@ -31,7 +30,13 @@ void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const 
                    .learned = state.light_probabilities,
                    .time = ray.time};
   if (state.in_medium) stretch.extinction = world->medium(*path.media.innermost()).extinction;
-  const Rgb radiance = world->lights.shape_radiance(stretch);
+  return stretch;
+}
+
+void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
+  PathState& state = path.state;
+  if (state.bounce == 0) return;
+  const Rgb radiance = world->lights.shape_radiance(shape_ray(ray, hit, path));
   if (!is_black(radiance)) state.light[state.light_class(state.bounce)] += state.throughput * radiance;
 }
 
@@ -44,7 +49,7 @@ void PathStages::regularize(SurfacePoint& surface, const PathState& state, uint3
     regularize_caustics(settings.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
 }
 
-void PathStages::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
+Rgb PathStages::light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const {
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
@@ -53,7 +58,11 @@ void PathStages::add_emission(const accel::Ray& ray, const SurfacePoint& surface
                                                                    state.previous_normal, ray.direction, distance,
                                                                    state.light_probabilities, ray.time));
   }
-  state.light[state.light_class(state.bounce)] += state.throughput * surface.emitted * (surface.alpha * weight);
+  return state.throughput * surface.emitted * (surface.alpha * weight);
+}
+
+void PathStages::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
+  state.light[state.light_class(state.bounce)] += light_of_emission(ray, surface, state);
 }
 
 void PathStages::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,

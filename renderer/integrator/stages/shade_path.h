@@ -23,7 +23,10 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
   if (state.in_medium && !travel_medium(ray, hit.t, path, sink)) return;
   sink.arrive(path, &surface);
   sink.surface_event(ray, hit, surface, state);
-  if (!is_black(surface.emitted)) add_emission(ray, surface, state);
+  if (!is_black(surface.emitted)) {
+    add_emission(ray, surface, state);
+    if constexpr (Sink::kSplits) sink.split_emission(path, hit, surface, light_of_emission(ray, surface, state));
+  }
   if (surface.unlit || (state.emission_only && !surface.has_thin_wall())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, path))
       continue_through(ray, surface, path, sink);
@@ -71,6 +74,7 @@ template <typename Sink>
     return;
   }
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
+  if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
   if (reflects) sample_bounce(vertex, path, sink);
 }
 
@@ -129,6 +133,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
     state.throughput /= survival;
   }
 
+  if constexpr (Sink::kSplits) sink.scatter_first(vertex, *scattered, path);
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
@@ -170,6 +175,7 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
     }
     if (settings.background) {
       state.light[kEmission] += state.throughput * *settings.background;
+      if constexpr (Sink::kSplits) sink.split_environment(path, state.throughput * *settings.background);
       return;
     }
     if (!settings.environment_visible) return;
@@ -185,6 +191,7 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
     radiance = world->lights.environment_radiance(at);
   }
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
+  if constexpr (Sink::kSplits) sink.split_environment(path, state.throughput * radiance);
   sink.escaped_event(ray, state);
 }
 

@@ -1,0 +1,31 @@
+// The path tracer's loop over the hits of a group of paths, for one kind of sink.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/stages/shade_path.h"
+
+namespace kindling {
+
+// Shades the active paths [first, end), which are at most ShadeGroup::kSize.
+template <typename Sink>
+inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const {
+  prepare_group(first, end - first, context);
+  sample_lights(first, end - first, context);
+  for (size_t i = first; i < end; ++i) {
+    ShadeGroup::Member& member = context.group.members[i - first];
+    const PathInFlight path = path_at(context.active[i], context);
+    const accel::Ray& ray = context.rays[i];
+    const accel::Hit& hit = context.hits[i];
+    if (world_.lights.has_shapes) {
+      stages_.add_shapes(ray, hit, path);
+      if constexpr (Sink::kSplits) sink.split_shapes(stages_, ray, hit, path);
+    }
+    if (hit.is_hit())
+      stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights[member.light], path, sink);
+    else
+      stages_.shade_escaped(ray, member.escaped, path, sink);
+  }
+}
+
+} // namespace kindling

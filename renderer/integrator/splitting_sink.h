@@ -1,0 +1,81 @@
+// A sink that also splits the light of paths by light group and by first event.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/integrator/batch_sink.h"
+#include "renderer/world/light_groups.h"
+
+#include <algorithm>
+
+namespace kindling {
+
+struct SplittingSink : BatchSink {
+  static constexpr bool kSplits = true;
+  const LightGroups& groups;
+
+  [[nodiscard]] SplitLight& split_light() const { return *context.split_light; }
+
+  // The first event of a path is that of its first surface: the light that it brings is split
+  // like the BSDF's value for the direction that the path takes there.
+  void first_surface(const PathStages::Vertex& vertex, const PathInFlight& path) const {
+    if (path.state.bounce != 0) return;
+    const LobeAlbedos albedos = vertex.bsdf.bsdf().lobe_albedos();
+    split_light().colors[path.slot] = {albedos.diffuse, albedos.glossy, albedos.transmission};
+  }
+  void scatter_first(const PathStages::Vertex& vertex, const GuidedBsdf::Sample& scattered,
+                     const PathInFlight& path) const {
+    if (path.state.bounce != 0) return;
+    split_light().firsts[path.slot] = scattered.pdf > 0.0f || scattered.cosine < 0.0f
+                                          ? event_towards(vertex, scattered.wi, scattered.cosine < 0.0f)
+                                          : FirstEvent{FirstEvent::Kind::reflection, Rgb(0.0f)}; // a mirror
+  }
+  // A medium that the path has entered at its first surface.
+  void scatter_event(const accel::Ray& ray, float distance, const V3f& position, const PathState& state) {
+    BatchSink::scatter_event(ray, distance, position, state);
+    FirstEvent& first = split_light().firsts[static_cast<size_t>(&state - context.states.data())];
+    if (state.scatter_events == 1 && state.bounce <= 1 && first.kind != FirstEvent::Kind::reflection)
+      first = {FirstEvent::Kind::volume, Rgb(0.0f)};
+  }
+
+  void offer_light(const PathStages::Vertex& vertex, const Rgb& contribution) {
+    BatchSink::offer_light(vertex, contribution);
+    const bool beyond = vertex.light->wi.dot(vertex.frame.normal) < 0.0f;
+    split_light().shadows.push_back({groups.names.empty() ? uint8_t{0} : groups.of(*vertex.light),
+                                     event_towards(vertex, vertex.light->wi, beyond)});
+  }
+
+  void split_emission(const PathInFlight& path, const accel::Hit& hit, const SurfacePoint& surface,
+                      const Rgb& light) const {
+    const uint8_t group = groups.names.empty() ? uint8_t{0} : groups.of_surface(world.node_of(hit), surface.material);
+    add(path, group, LightPass::emit, light);
+  }
+  void split_environment(const PathInFlight& path, const Rgb& light) const {
+    add(path, groups.environment, LightPass::environment, light);
+  }
+  void split_shapes(const PathStages& stages, const accel::Ray& ray, const accel::Hit& hit,
+                    const PathInFlight& path) const {
+    if (path.state.bounce == 0) return; // not seen by the camera
+    const auto first_punctual = world.lights.triangles.size();
+    world.lights.visit_shapes(stages.shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
+      const uint8_t group = groups.names.empty() ? uint8_t{0} : groups.of_emitter[first_punctual + number];
+      add(path, group, LightPass::emit, path.state.throughput * radiance);
+    });
+  }
+
+ private:
+  void add(const PathInFlight& path, uint8_t group, LightPass seen, const Rgb& light) const {
+    const PathState& state = path.state;
+    split_light().add(path.slot, group, state.light_class(state.bounce), split_light().firsts[path.slot], seen, light);
+  }
+  static FirstEvent event_towards(const PathStages::Vertex& vertex, const V3f& wi, bool beyond) {
+    if (beyond) return {FirstEvent::Kind::transmission, Rgb(0.0f)};
+    const V3f local = vertex.frame.to_local(wi);
+    const Rgb all = vertex.bsdf.bsdf().eval(local).value, diffuse = vertex.bsdf.bsdf().diffuse_value(local);
+    FirstEvent event{FirstEvent::Kind::reflection, Rgb(0.0f)};
+    for (int c = 0; c < 3; ++c)
+      if (all[c] > 0.0f) event.diffuse[c] = std::min(diffuse[c] / all[c], 1.0f);
+    return event;
+  }
+};
+
+} // namespace kindling
