@@ -24,8 +24,7 @@ uint64_t fingerprint(const Film& film) {
     hash = (hash ^ word) * 0xD6E8FEB86659FD93ULL;
     hash ^= hash >> 32;
   };
-  for (const Film::ConstPlane& plane : film.planes()) {
-    const std::span<const std::byte> bytes = plane.bytes;
+  const auto take_all = [&take](std::span<const std::byte> bytes) {
     size_t at = 0;
     for (uint64_t word = 0; at + sizeof word <= bytes.size(); at += sizeof word) {
       std::memcpy(&word, bytes.data() + at, sizeof word);
@@ -33,7 +32,12 @@ uint64_t fingerprint(const Film& film) {
     }
     for (; at < bytes.size(); ++at) take(static_cast<uint64_t>(bytes[at]));
     take(bytes.size());
-  }
+  };
+  for (const Film::ConstPlane& plane : film.planes()) take_all(plane.bytes);
+  if (film.mattes().empty()) return hash;
+  const FlatMattes mattes = film.mattes().flat();
+  take_all(std::as_bytes(std::span(mattes.counts)));
+  take_all(std::as_bytes(std::span(mattes.terms)));
   return hash;
 }
 

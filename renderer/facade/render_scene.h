@@ -11,6 +11,7 @@
 #include "renderer/import/load_gltf.h"
 #include "renderer/scene/member_values.h"
 #include "renderer/scene/scene.h"
+#include "renderer/scene/surface_names.h"
 #include "renderer/session/image_settings.h"
 #include "renderer/texture/texture_memory.h"
 #include "renderer/world/world_sequence.h"
@@ -50,6 +51,7 @@ struct RenderScene {
   EnvironmentPointer environment;             // null if none is asked for
   uint64_t content_hash = 0;                  // Scene::content_hash
   uint64_t environment_hash = 0;              // LoadedEnvironment::content_hash
+  std::shared_ptr<const SurfaceNames> names;  // set by build_stage() if mattes are wanted; else null
   std::optional<MemberValues> as_loaded;      // set by keep()
   const std::atomic<bool>* abandon = nullptr; // WorldOptions::abandon of its Worlds
   decltype(WorldOptions::wrap_accelerator) wrap_accelerator; // of its Worlds; may be null

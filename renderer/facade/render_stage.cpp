@@ -270,6 +270,8 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
+  if (image.aovs.has_mattes() && !scene.names)
+    scene.names = std::make_shared<const SurfaceNames>(name_surfaces(scene.scene)); // before it is consumed
   ImageSettings deciding = image;
   if (image.own_camera && scene.path_start) deciding.own_camera = scene.path_start;
   const ViewSettings views(deciding, posed.size_px);

@@ -9,6 +9,7 @@
 #include "renderer/image/input_files.h"
 #include "renderer/integrator/find_focus.h"
 #include "renderer/session/image_metadata.h"
+#include "renderer/session/matte_metadata.h"
 #include "renderer/session/render_identity.h"
 
 #include <fmt/format.h>
@@ -128,6 +129,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   }
   const RenderStage& stage = impl_->stage.emplace(std::move(built).value());
   changing.unlock();
+  settings.names = scene.names;
 
   MetadataFacts facts;
   facts.scene_file = scene.source;
@@ -141,6 +143,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   const auto metadata = [&] {
     ImageMetadata result = make_metadata(facts, *stage.camera);
     add_lens_metadata(stage.placed_camera.camera.lens, result);
+    if (scene.names) add_matte_metadata(*scene.names, settings.aovs, result);
     return result;
   };
 

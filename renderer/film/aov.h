@@ -38,7 +38,12 @@ enum class Aov : uint8_t {
   // Albedos of lobes.
   diffuse_color,
   glossy_color,
-  transmission_color
+  transmission_color,
+  object_id,
+  material_id,
+  uv,
+  depth_nearest,
+  position_nearest
 };
 
 // Parts of the radiance by the first event of a path: they sum to the beauty exactly.
@@ -64,7 +69,7 @@ struct AovInfo {
   std::string_view meaning; // one sentence with unit and space
 };
 
-inline constexpr std::array<AovInfo, 26> kAovs{{
+inline constexpr std::array<AovInfo, 31> kAovs{{
     {Aov::beauty, "beauty", 3, true, "radiance, linear Rec. 709, premultiplied by alpha"},
     {Aov::alpha, "alpha", 1, true, "coverage of the pixel"},
     {Aov::albedo, "albedo", 3, true,
@@ -83,8 +88,7 @@ inline constexpr std::array<AovInfo, 26> kAovs{{
      "unbiased estimate of the variance of the pixel's mean luminance; 0 below two samples"},
     {Aov::denoising_albedo, "denoising_albedo", 3, true,
      "albedo of the first surface that is neither a mirror nor clear glass, times their colors, in [0, 1]; what "
-     "mirrors "
-     "show of the environment, clamped to 1; mean over all samples, misses count as 0"},
+     "mirrors show of the environment, clamped to 1; mean over all samples, misses count as 0"},
     {Aov::denoising_normal, "denoising_normal", 3, true,
      "shading normal of the surface of denoising_albedo, world space; mean over all samples, misses count as 0"},
     {Aov::diffuse_direct, "diffuse_direct", 3, true,
@@ -105,6 +109,19 @@ inline constexpr std::array<AovInfo, 26> kAovs{{
      "directional albedo of the diffuse lobes of the first surface; mean over all samples, misses count as 0"},
     {Aov::glossy_color, "glossy_color", 3, true, "the same of its specular reflection"},
     {Aov::transmission_color, "transmission_color", 3, true, "the same of its transmission"},
+    {Aov::object_id, "object_id", 1, false,
+     "number of the first surface's node in the file, from 1; of the sample nearest to the pixel's center, 0 for a "
+     "miss"},
+    {Aov::material_id, "material_id", 1, false,
+     "number of the first surface's material in the file, from 1; of the sample nearest to the pixel's center, 0 for a "
+     "miss"},
+    {Aov::uv, "uv", 3, false,
+     "texture coordinates of set 0 at the first surface, and 1; of the sample nearest to the pixel's center, 0 for a "
+     "miss"},
+    {Aov::depth_nearest, "depth_nearest", 1, false,
+     "depth of the sample nearest to the pixel's center, meters; 0 for a miss"},
+    {Aov::position_nearest, "position_nearest", 3, false,
+     "position of the sample nearest to the pixel's center, world space, meters; 0 for a miss"},
 }};
 
 [[nodiscard]] constexpr const AovInfo& aov_info(Aov aov) { return kAovs[static_cast<size_t>(aov)]; }
@@ -119,10 +136,48 @@ inline constexpr std::array<AovInfo, 26> kAovs{{
   return aov >= Aov::diffuse_direct && aov <= Aov::transmission_color;
 }
 
+// True for AOVs that show one sample of a pixel, the one nearest to its center, instead of a mean.
+[[nodiscard]] constexpr bool is_of_nearest(Aov aov) {
+  return aov == Aov::object_id || aov == Aov::material_id || aov == Aov::uv || aov == Aov::depth_nearest ||
+         aov == Aov::position_nearest;
+}
+
+// The names by which Cryptomatte divides an image: of objects, of materials, or of the root nodes
+// above objects.
+enum class Matte : uint8_t { object, material, asset };
+
+struct MatteInfo {
+  Matte matte;
+  std::string_view name;  // argument of --cryptomatte
+  std::string_view layer; // in EXR files
+};
+inline constexpr std::array<MatteInfo, 3> kMattes{{{Matte::object, "object", "CryptoObject"},
+                                                   {Matte::material, "material", "CryptoMaterial"},
+                                                   {Matte::asset, "asset", "CryptoAsset"}}};
+[[nodiscard]] constexpr std::optional<Matte> matte_from_name(std::string_view name) {
+  for (const MatteInfo& info : kMattes)
+    if (info.name == name) return info.matte;
+  return std::nullopt;
+}
+
+// AOVs, and the mattes that a film has beside them.
 class AovSet {
  public:
   constexpr void insert(Aov aov) { bits_ |= uint64_t{1} << static_cast<unsigned>(aov); }
+  constexpr void insert(Matte matte) { bits_ |= kFirstMatte << static_cast<unsigned>(matte); }
   [[nodiscard]] constexpr bool contains(Aov aov) const { return ((bits_ >> static_cast<unsigned>(aov)) & 1U) != 0; }
+  [[nodiscard]] constexpr bool contains(Matte matte) const {
+    return (bits_ & kFirstMatte << static_cast<unsigned>(matte)) != 0;
+  }
+  [[nodiscard]] constexpr bool has_mattes() const { return (bits_ & 7 * kFirstMatte) != 0; }
+  // Returns true if films must keep the sample nearest to the center of each pixel.
+  [[nodiscard]] constexpr bool needs_nearest() const {
+    for (const AovInfo& info : kAovs)
+      if (is_of_nearest(info.aov) && contains(info.aov)) return true;
+    return false;
+  }
+  // Returns true if the hit at the first surface of a path is needed.
+  [[nodiscard]] constexpr bool needs_first_hit() const { return needs_nearest() || has_mattes(); }
   // Returns true if paths must record their first surface.
   [[nodiscard]] constexpr bool needs_surface() const {
     return contains(Aov::albedo) || contains(Aov::normal) || contains(Aov::depth) || contains(Aov::position);
@@ -137,7 +192,7 @@ class AovSet {
   }
   // Returns true if paths must fill a FilmSurface.
   [[nodiscard]] constexpr bool needs_film_surface() const {
-    return needs_surface() || needs_guides() || needs_components();
+    return needs_surface() || needs_guides() || needs_components() || needs_first_hit();
   }
   [[nodiscard]] constexpr bool contains(LightPass pass) const {
     return contains(static_cast<Aov>(static_cast<size_t>(Aov::diffuse_direct) + static_cast<size_t>(pass)));
@@ -155,7 +210,10 @@ class AovSet {
   [[nodiscard]] constexpr uint64_t bits() const { return bits_; }
 
  private:
-  uint64_t bits_ = 0;
+  static constexpr uint64_t kFirstMatte = uint64_t{1} << 60;
+
+  uint64_t bits_ = 0; // AOVs from the lowest bit, mattes from kFirstMatte
 };
+static_assert(kAovs.size() <= 60);
 
 } // namespace kindling

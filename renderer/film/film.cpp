@@ -49,6 +49,27 @@ static_assert(std::endian::native == std::endian::little);
 
 } // namespace
 
+namespace {
+
+void resolve_nearest(Aov aov, const NearestSample& nearest, float* out) {
+  switch (aov) {
+  case Aov::object_id: out[0] = static_cast<float>(nearest.object_id); return;
+  case Aov::material_id: out[0] = static_cast<float>(nearest.material_id); return;
+  case Aov::depth_nearest: out[0] = nearest.depth; return;
+  case Aov::position_nearest:
+    for (int c = 0; c < 3; ++c) out[c] = nearest.position[c];
+    return;
+  case Aov::uv:
+    out[0] = nearest.uv[0];
+    out[1] = nearest.uv[1];
+    out[2] = nearest.object_id != 0 ? 1.0f : 0.0f;
+    return;
+  default: return;
+  }
+}
+
+} // namespace
+
 template <typename ThisFilm, typename Visit>
 void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   const auto visit_if_present = [&](std::string_view name, auto& records, size_t per_pixel) {
@@ -64,6 +85,7 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("light groups", film.groups_, film.light_groups_.size());
   visit_if_present("light passes", film.passes_, film.pass_count_);
   visit_if_present("lobe colors", film.colors_, 1);
+  visit_if_present("nearest", film.nearest_, 1);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -77,6 +99,8 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
     pass_slots_[pass] = aovs.contains(static_cast<LightPass>(pass)) ? static_cast<uint8_t>(pass_count_++) : kNotStored;
   passes_ = ZeroedArray<RadianceSum>(count * pass_count_);
   if (aovs.needs_lobe_colors()) colors_ = ZeroedArray<LobeColorSum>(count);
+  if (aovs.needs_nearest()) nearest_ = ZeroedArray<NearestSample>(count);
+  if (aovs.has_mattes()) mattes_ = MatteSums(count);
 }
 
 void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOutlierBlocks - 1)); }
@@ -99,6 +123,8 @@ Film Film::cut(const PixelRect& crop) const {
       std::memcpy(to[p].bytes.data() + part.index_of({crop.min.x, y}) * size,
                   from[p].bytes.data() + index_of({crop.min.x, y}) * size, static_cast<size_t>(crop.width()) * size);
     }
+    for (int x = crop.min.x; x < crop.max.x && !mattes_.empty(); ++x)
+      part.mattes_.add(part.index_of({x, y}), mattes_, index_of({x, y}));
   });
   return part;
 }
@@ -126,6 +152,12 @@ void Film::add(const Film& part) {
   add_rows(groups_, part.groups_, light_groups_.size());
   add_rows(passes_, part.passes_, pass_count_);
   add_rows(colors_, part.colors_);
+  add_rows(nearest_, part.nearest_);
+  if (mattes_.empty()) return;
+  tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
+    for (int x = part.crop_.min.x; x < part.crop_.max.x; ++x)
+      mattes_.add(index_of({x, y}), part.mattes_, part.index_of({x, y}));
+  });
 }
 
 void Film::add(const PixelRect& block, const FilmView& part) {
@@ -247,8 +279,9 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
       out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
     }
     return;
-  default: resolve_light(aov, index, out); return;
+  default: break;
   }
+  if (!nearest_.empty()) resolve_nearest(aov, nearest_[index], out);
 }
 
 void Film::resolve_light(Aov aov, size_t index, float* out) const {
@@ -316,6 +349,22 @@ std::vector<float> Film::resolve_rgba(const PixelRect& rect) const {
   return values;
 }
 
+std::vector<float> Film::resolve_matte(Matte matte, int levels) const {
+  const size_t channels = 2 * static_cast<size_t>(levels);
+  std::vector<float> values(sums_.size() * channels, 0.0f);
+  if (!aovs_.contains(matte)) return values;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
+    std::vector<MatteTerm> terms;
+    for (size_t i = range.begin(); i != range.end(); ++i) {
+      if (sums_[i].samples == 0) continue;
+      mattes_.list(i, terms);
+      rank_mattes(terms, matte, divisor(sums_[i].weight.value(), sums_[i].samples),
+                  std::span(values).subspan(i * channels, channels));
+    }
+  });
+  return values;
+}
+
 uint64_t Film::total_samples() const {
   uint64_t total = 0;
   for (const PixelSum& sum : sums_) total += sum.samples;
@@ -325,7 +374,7 @@ uint64_t Film::total_samples() const {
 size_t Film::memory_bytes() const {
   size_t bytes = 0;
   for (const ConstPlane& plane : planes()) bytes += plane.bytes.size();
-  return bytes;
+  return bytes + mattes_.memory_bytes();
 }
 
 } // namespace kindling

@@ -7,6 +7,8 @@
 #include "renderer/film/film_sums.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/film/film_view.h"
+#include "renderer/film/matte_sums.h"
+#include "renderer/film/nearest_sample.h"
 #include "renderer/film/outliers.h"
 #include "renderer/film/split_light.h"
 #include "renderer/film/zeroed_array.h"
@@ -77,8 +79,20 @@ class Film {
   void add_lobe_colors(const V2i& pixel, const LobeColors& colors, float weight) {
     colors_[index_of(pixel)].add(colors, weight);
   }
+  // Adds the ids of the first surface of a sample to the mattes. Does nothing without mattes.
+  void add_matte(const V2i& pixel, const MatteIds& ids, float weight) {
+    if (!mattes_.empty()) mattes_.add(index_of(pixel), ids, weight);
+  }
+  // True if a sample at this distance from its pixel's center would replace the pixel's nearest
+  // one, by NearestSample::yields_to(). False unless AovSet::needs_nearest().
+  [[nodiscard]] bool wants_nearest(const V2i& pixel, uint32_t number, float distance2) const {
+    return !nearest_.empty() && nearest_[index_of(pixel)].yields_to(number, distance2);
+  }
+  void add_nearest(const V2i& pixel, const NearestSample& sample) {
+    if (!nearest_.empty()) nearest_[index_of(pixel)].add(sample);
+  }
   // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
-  // pixel, rows from the top, in the arrays that this film has.
+  // pixel, rows from the top, in the arrays that this film has. Mattes and nearest samples remain.
   void add(const PixelRect& block, const FilmView& part);
 
   // Enables trimming of outliers (outliers_trimmed()) for the beauty AOV only. Must be called
@@ -108,7 +122,8 @@ class Film {
 
   // A plane gives access to stored sums, for files: an array of fixed-size records of little-endian
   // words, one for each pixel of the crop window, rows from the top. The set of planes depends on
-  // the AOVs, on trim_outliers() and on light groups only; README.md describes their layout.
+  // the AOVs, on trim_outliers() and on light groups only; README.md describes their layout. Mattes
+  // are no plane: pixels have different numbers of terms.
   struct ConstPlane {
     std::string_view name; // unique, at most 31 characters
     size_t bytes_per_pixel = 0;
@@ -123,6 +138,9 @@ class Film {
   [[nodiscard]] std::vector<Plane> planes();
   [[nodiscard]] bool trims_outliers() const { return !blocks_.empty(); }
 
+  [[nodiscard]] const MatteSums& mattes() const { return mattes_; } // empty without mattes
+  [[nodiscard]] MatteSums& mattes() { return mattes_; }
+
   // Returns width * height * channels values of the crop window, rows from the top. All are 0 for
   // an AOV that is not in the set, except beauty, alpha and samples, which every film has.
   [[nodiscard]] std::vector<float> resolve(Aov aov) const;
@@ -133,6 +151,10 @@ class Film {
   [[nodiscard]] std::vector<float> resolve_rgba() const;
   // The same of a rectangle inside of it.
   [[nodiscard]] std::vector<float> resolve_rgba(const PixelRect& rect) const;
+
+  // Returns `levels` pairs of id and coverage for each pixel of the crop window (rank_mattes()).
+  // All are 0 for a matte that is not in the set.
+  [[nodiscard]] std::vector<float> resolve_matte(Matte matte, int levels) const;
 
   [[nodiscard]] const V2i& size_px() const { return size_px_; }
   [[nodiscard]] const PixelRect& crop() const { return crop_; }
@@ -172,6 +194,8 @@ class Film {
   static constexpr uint8_t kNotStored = 0xff;
   std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
   size_t pass_count_ = 0;
+  ZeroedArray<NearestSample> nearest_; // only if AovSet::needs_nearest()
+  MatteSums mattes_;                   // only with AovSet::has_mattes()
 };
 
 } // namespace kindling

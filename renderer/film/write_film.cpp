@@ -45,6 +45,11 @@ std::vector<std::string> channel_names(Aov aov) {
   case Aov::beauty: return {"R", "G", "B"};
   case Aov::alpha: return {"A"};
   case Aov::depth: return {"Z"};
+  case Aov::object_id: return {"IndexOB.X"};
+  case Aov::material_id: return {"IndexMA.X"};
+  case Aov::uv: return {"UV.U", "UV.V", "UV.A"};
+  case Aov::depth_nearest: return {"Depth.Z"};
+  case Aov::position_nearest: return {"Position.X", "Position.Y", "Position.Z"};
   case Aov::normal:
   case Aov::denoising_normal:
   case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};
@@ -120,6 +125,11 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
   for (size_t i = 0; i < film.light_groups().size(); ++i)
     image.layers.push_back(
         make_layer(light_group_channels(film.light_groups()[i]), options.half, film.resolve_light_group(i)));
+  for (const MatteInfo& info : kMattes) {
+    if (!film.aovs().contains(info.matte)) continue;
+    const std::vector<std::string> names = matte_channel_names(info.matte, options.matte_levels);
+    image.layers.push_back({names, false, film.resolve_matte(info.matte, static_cast<int>(names.size() / 2))});
+  }
   image.text = metadata.text;
   image.numbers = metadata.numbers;
   image.integers = metadata.integers;
@@ -131,6 +141,7 @@ Result<void> write_film_exr(const std::filesystem::path& path, const Film& film,
 // Metadata for formats that hold text only.
 std::map<std::string, std::string> as_text(const ImageMetadata& metadata, const DisplayTransform& view) {
   std::map<std::string, std::string> text = metadata.text;
+  std::erase_if(text, [](const auto& entry) { return entry.first.starts_with("cryptomatte/"); }); // of EXR layers
   for (const auto& [key, value] : metadata.numbers) text[key] = fmt::format("{:g}", value);
   for (const auto& [key, value] : metadata.integers) text[key] = fmt::format("{}", value);
   text["kindling:view"] = view.view();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/result.h"
+#include "renderer/film/cryptomatte.h"
 #include "renderer/film/film.h"
 #include "renderer/image/display_transform.h"
 
@@ -31,13 +32,15 @@ struct WriteOptions {
   // Four floats per pixel, as Film::resolve_rgba(), in place of the film's, which become the layer
   // "noisy" of EXR files; empty: none.
   std::span<const float> denoised;
+  int matte_levels = kDefaultMatteLevels; // ids of a pixel in each matte, 1 to kMaxMatteLevels; odd: one more
 };
 
 // Writes a film as .exr, .png, .jpg or .jpeg (in any case). The names "-" and "png:-" are standard
 // output as PNG, "jpg:-" and "exr:-" are standard output in these formats. EXR files contain
-// premultiplied R, G, B, A and a layer for each further AOV and each light group; the data window
-// is the crop. PNG files have straight alpha, JPEG files are composited over black; their colors
-// are transformed by `view`. An existing file is replaced only by a complete one.
+// premultiplied R, G, B, A, a layer for each further AOV and each light group, and the film's
+// mattes (matte_channel_names()), whose names are in the metadata; the data window is the crop. PNG
+// files have straight alpha, JPEG files are composited over black; their colors are transformed by
+// `view`. An existing file is replaced only by a complete one.
 [[nodiscard]] Result<void> write_film(const std::filesystem::path& path, const Film& film, const DisplayTransform& view,
                                       const ImageMetadata& metadata, const WriteOptions& options);
 
@@ -64,7 +67,8 @@ struct WriteOptions {
 [[nodiscard]] std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view);
 
 // Returns the names of an AOV's channels in EXR files: Z for depth, LAYER.R, .G, .B for colors,
-// LAYER.X, .Y, .Z for vectors.
+// LAYER.X, .Y, .Z for vectors. AOVs of the sample nearest to the center have Blender's names for
+// passes without averages: IndexOB.X, IndexMA.X, UV.U, .V, .A, Depth.Z, Position.X, .Y, .Z.
 [[nodiscard]] std::vector<std::string> channel_names(Aov aov);
 
 // Light groups are layers of this prefix and the name of the group, as Blender names them.

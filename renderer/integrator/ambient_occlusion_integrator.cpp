@@ -11,9 +11,11 @@ namespace kindling {
 
 AmbientOcclusionIntegrator::AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world,
                                                        const Camera& camera, const Sampler& sampler,
-                                                       const PixelFilter& filter)
+                                                       const PixelFilter& filter, AovSet aovs,
+                                                       const SurfaceNames* names)
     : batch_size_(settings.batch_size), world_(world), camera_(camera), sampler_(sampler),
-      stages_(make_first_hit_stages(settings, world, camera, sampler)), filter_(filter) {}
+      stages_(make_first_hit_stages(settings, world, camera, sampler)), filter_(filter),
+      first_hits_(world, camera, filter_, aovs, names) {}
 
 std::unique_ptr<ThreadContext> AmbientOcclusionIntegrator::make_context() const {
   return std::make_unique<FirstHitContext>(batch_size_);
@@ -45,6 +47,7 @@ uint32_t AmbientOcclusionIntegrator::render_block(const PixelRect& block, const 
       const CameraSample& sample = context.camera_samples[slot];
       film.add(sample.pixel, {Rgb(context.gray[slot]), context.hits[slot].is_hit() ? 1.0f : 0.0f, sample.filter_weight,
                               sample.sample_index});
+      if (first_hits_.wanted()) first_hits_.add(sample, context.hits[slot], film);
     }
     return true;
   });

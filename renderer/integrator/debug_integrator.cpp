@@ -9,9 +9,11 @@
 namespace kindling {
 
 DebugIntegrator::DebugIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                                 const Sampler& sampler, const PixelFilter& filter)
+                                 const Sampler& sampler, const PixelFilter& filter, AovSet aovs,
+                                 const SurfaceNames* names)
     : batch_size_(settings.batch_size), world_(world), camera_(camera), sampler_(sampler),
-      stages_(make_first_hit_stages(settings, world, camera, sampler)), filter_(filter) {}
+      stages_(make_first_hit_stages(settings, world, camera, sampler)), filter_(filter),
+      first_hits_(world, camera, filter_, aovs, names) {}
 
 std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
   return std::make_unique<FirstHitContext>(batch_size_);
@@ -28,6 +30,7 @@ uint32_t DebugIntegrator::render_block(const PixelRect& block, const SampleRange
       const CameraSample& sample = context.camera_samples[slot];
       film.add(sample.pixel, {hit ? stages_.color_of(context.rays[slot], context.hits[slot]) : Rgb(0.0f),
                               hit ? 1.0f : 0.0f, sample.filter_weight, sample.sample_index});
+      if (first_hits_.wanted()) first_hits_.add(sample, context.hits[slot], film);
     }
     return true;
   });

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/stages/first_hit.h"
 
@@ -11,7 +12,7 @@ namespace kindling {
 class DebugIntegrator final : public Integrator {
  public:
   DebugIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
-                  const PixelFilter& filter);
+                  const PixelFilter& filter, AovSet aovs, const SurfaceNames* names);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
@@ -24,6 +25,7 @@ class DebugIntegrator final : public Integrator {
   Sampler sampler_;
   FirstHitStages stages_;
   PixelFilter filter_;
+  FirstHits first_hits_;
 };
 
 } // namespace kindling

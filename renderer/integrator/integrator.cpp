@@ -83,15 +83,15 @@ void Integrator::render_blocks(std::span<BlockWork> work, ThreadContext& context
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                             const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                                            AovSet aovs, const Guide* guide) {
+                                            AovSet aovs, const Guide* guide, const SurfaceNames* names) {
   switch (settings.kind) {
   case IntegratorKind::path:
-    return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide);
+    return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide, names);
   case IntegratorKind::whitted:
     return std::make_unique<WhittedIntegrator>(settings, world, camera, sampler, filter, aovs);
   case IntegratorKind::ambient_occlusion:
-    return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter);
-  default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter);
+    return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter, aovs, names);
+  default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter, aovs, names);
   }
 }
 

@@ -23,6 +23,7 @@
 namespace kindling {
 
 struct Guide;
+struct SurfaceNames;
 
 // Counts of one thread, summed over all threads at the end.
 struct RayCounters {
@@ -96,10 +97,11 @@ class Integrator {
 };
 
 // Makes the integrator that settings.kind names. `guide` is used by the path tracer alone and may
-// be null.
+// be null; `names` may be null without mattes, and is used in this call alone.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                                           const Camera& camera, const Sampler& sampler,
                                                           const PixelFilter& filter, AovSet aovs,
-                                                          const Guide* guide = nullptr);
+                                                          const Guide* guide = nullptr,
+                                                          const SurfaceNames* names = nullptr);
 
 } // namespace kindling

@@ -23,6 +23,7 @@ void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samp
   }
   if (context.split_light) context.split_light->start(count);
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
+  if (!context.first_hits.empty()) std::fill_n(context.first_hits.begin(), count, accel::Hit{});
   context.counters.paths += count;
   trace_event(context, [&](PathVertex& vertex) {
     vertex.event = "camera";
@@ -55,6 +56,7 @@ void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film&
     surface.emission = state.light[kEmission];
     surface.direct = state.light[kDirect];
     film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
+    if (!context.first_hits.empty()) first_hits_.add(camera_sample, context.first_hits[slot], film);
   }
 }
 

@@ -20,8 +20,9 @@ class PathRecorder;
 // allocates per sample.
 class PathContext final : public ThreadContext {
  public:
-  explicit PathContext(size_t batch_size, bool with_surfaces)
-      : camera_samples(batch_size), states(batch_size), media(batch_size), surfaces(with_surfaces ? batch_size : 0),
+  PathContext(size_t batch_size, AovSet aovs)
+      : camera_samples(batch_size), states(batch_size), media(batch_size),
+        surfaces(aovs.needs_film_surface() ? batch_size : 0), first_hits(aovs.needs_first_hit() ? batch_size : 0),
         active(batch_size), next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size),
         shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), thin_wall_rays(batch_size),
         thin_wall_hits(batch_size), thin_wall_records(batch_size) {}
@@ -30,6 +31,7 @@ class PathContext final : public ThreadContext {
   std::vector<PathState> states;            // by slot
   std::vector<MediumStack> media;           // by slot; only where the state is in_medium
   std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it
+  std::vector<accel::Hit> first_hits;       // by slot: at `surfaces`; likewise
   std::vector<uint32_t> active, next_active;
   std::vector<accel::Ray> rays, next_rays;
   std::vector<accel::Hit> hits;

@@ -24,9 +24,10 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
 }
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                               const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide)
+                               const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide,
+                               const SurfaceNames* names)
     : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world), camera_(camera),
-      sampler_(sampler), filter_(filter), aovs_(aovs) {
+      sampler_(sampler), filter_(filter), aovs_(aovs), first_hits_(world, camera, filter_, aovs, names) {
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
@@ -35,7 +36,7 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return mak
 
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
-  auto context = std::make_unique<PathContext>(stages_.settings.batch_size, aovs_.needs_film_surface());
+  auto context = std::make_unique<PathContext>(stages_.settings.batch_size, aovs_);
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
     context->split_light = std::make_unique<SplitLight>(stages_.settings.batch_size, light_groups_.names.size());
   return context;
@@ -90,8 +91,19 @@ void PathIntegrator::shade(PathContext& context) const {
   }
   BatchSink sink{context, world_};
   const size_t count = context.active.size();
-  for (size_t first = 0; first < count; first += ShadeGroup::kSize)
-    shade_group(first, std::min(first + ShadeGroup::kSize, count), context, sink);
+  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
+    const size_t end = std::min(first + ShadeGroup::kSize, count);
+    shade_group(first, end, context, sink);
+    if (!context.first_hits.empty()) note_first_hits(first, end, context);
+  }
+}
+
+// Notes the hits of the active paths that have just found their first surface.
+void PathIntegrator::note_first_hits(size_t first, size_t end, PathContext& context) {
+  for (size_t i = first; i < end; ++i) {
+    const uint32_t slot = context.active[i];
+    if (context.surfaces[slot].hit && !context.first_hits[slot].is_hit()) context.first_hits[slot] = context.hits[i];
+  }
 }
 
 // Evaluates the surfaces that the paths of a group have hit. Memory is prefetched for the whole

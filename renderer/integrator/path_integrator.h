@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -20,7 +21,8 @@ namespace kindling {
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
-                 const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr);
+                 const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr,
+                 const SurfaceNames* names = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   [[nodiscard]] std::unique_ptr<PathContext> make_path_context() const; // the same, for callers that set its recorder
@@ -37,7 +39,7 @@ class PathIntegrator final : public Integrator {
   void trace_bounces(PathContext& context) const;
   void finish_batch(size_t path_count, PathContext& context, Film& film) const;
 
-  // Steps of shade(), for the active paths [first, first + count).
+  // Steps of shade(), for the active paths [first, first + count) or [first, end).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
   void sample_lights(size_t first, size_t count, PathContext& context) const;
   template <typename Sink>
@@ -45,6 +47,7 @@ class PathIntegrator final : public Integrator {
   void tint_shadows(PathContext& context) const; // of trace_shadows()
   void split_shadows(PathContext& context) const;
   void add_split(size_t slot, const Rgb& radiance, PathContext& context, Film& film) const;
+  static void note_first_hits(size_t first, size_t end, PathContext& context);
   [[nodiscard]] static PathInFlight path_at(uint32_t slot, PathContext& context);
 
   PathStages stages_;
@@ -54,6 +57,7 @@ class PathIntegrator final : public Integrator {
   PixelFilter filter_;
   AovSet aovs_;
   LightGroups light_groups_; // none: not split by them
+  FirstHits first_hits_;
 };
 
 } // namespace kindling

@@ -12,8 +12,11 @@ void PathIntegrator::shade_split(PathContext& context) const {
   context.split_light->shadows.clear();
   SplittingSink sink{{context, world_}, light_groups_};
   const size_t count = context.active.size();
-  for (size_t first = 0; first < count; first += ShadeGroup::kSize)
-    shade_group(first, std::min(first + ShadeGroup::kSize, count), context, sink);
+  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
+    const size_t end = std::min(first + ShadeGroup::kSize, count);
+    shade_group(first, end, context, sink);
+    if (!context.first_hits.empty()) note_first_hits(first, end, context);
+  }
 }
 
 // Paths of one reflection have their first event at the vertex of the light sample, all others had

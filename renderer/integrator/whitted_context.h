@@ -23,10 +23,10 @@ struct WhittedFeeler {
 // Sized for a batch. The lists grow with the largest trees so far and keep their memory.
 class WhittedContext final : public ThreadContext {
  public:
-  WhittedContext(size_t batch_size, bool with_surfaces)
+  WhittedContext(size_t batch_size, AovSet aovs)
       : camera_samples(batch_size), camera_rays(batch_size), samples(batch_size),
-        components(with_surfaces ? batch_size : 0), surfaces(with_surfaces ? batch_size : 0), nodes(batch_size),
-        rays(batch_size), hits(batch_size) {
+        components(aovs.needs_film_surface() ? batch_size : 0), surfaces(aovs.needs_film_surface() ? batch_size : 0),
+        first_hits(aovs.needs_first_hit() ? batch_size : 0), nodes(batch_size), rays(batch_size), hits(batch_size) {
     waiting.reserve(8 * batch_size);
     feelers.reserve(kFeelerBatch);
     feeler_rays.reserve(kFeelerBatch);
@@ -40,6 +40,7 @@ class WhittedContext final : public ThreadContext {
   std::vector<WhittedSample> samples;        // likewise
   std::vector<WhittedComponents> components; // likewise; empty if no AOV needs them
   std::vector<FilmSurface> surfaces;         // likewise
+  std::vector<accel::Hit> first_hits;        // likewise: at `surfaces`
   // The work list of the iterative form, and the nodes being traced.
   std::vector<WhittedNode> waiting;
   std::vector<WhittedNode> nodes;

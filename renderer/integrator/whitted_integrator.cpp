@@ -14,6 +14,7 @@ namespace kindling {
 struct WhittedIntegrator::Sink {
   const WhittedIntegrator& integrator;
   WhittedContext& context;
+  const accel::Hit* hit = nullptr; // at the node that is shaded
 
   void add(const WhittedNode& node, WhittedPart part, const Rgb& radiance) {
     add(node.slot, node.seen, part, radiance);
@@ -29,6 +30,7 @@ struct WhittedIntegrator::Sink {
   void surface(const WhittedNode& node, const WhittedVertex& vertex) {
     if (context.surfaces.empty() || context.surfaces[node.slot].hit) return;
     integrator.shader_.record_surface(vertex, context.surfaces[node.slot]);
+    if (!context.first_hits.empty()) context.first_hits[node.slot] = *hit;
   }
 };
 
@@ -54,14 +56,14 @@ struct WhittedIntegrator::IterativeSink : Sink {
 WhittedIntegrator::WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                      const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
     : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
-      lights_(world.light_set()),
+      first_hits_(world, camera, filter_, aovs, nullptr), lights_(world.light_set()),
       cache_(settings.whitted.cache ? std::make_unique<WhittedCache>(world.materials.size()) : nullptr),
       shader_(make_whitted_shader(settings, world, camera, sampler, lights_)) {
   shader_.cache = cache_.get();
 }
 
 std::unique_ptr<ThreadContext> WhittedIntegrator::make_context() const {
-  return std::make_unique<WhittedContext>(settings_.batch_size, aovs_.needs_film_surface());
+  return std::make_unique<WhittedContext>(settings_.batch_size, aovs_);
 }
 
 uint32_t WhittedIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
@@ -99,6 +101,7 @@ void WhittedIntegrator::start_batch(const PixelRect& block, const SampleRange& s
   std::fill_n(context.samples.begin(), count, WhittedSample{});
   if (!context.components.empty()) std::fill_n(context.components.begin(), count, WhittedComponents{});
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
+  if (!context.first_hits.empty()) std::fill_n(context.first_hits.begin(), count, accel::Hit{});
   context.counters.paths += count;
   context.counters.camera += count;
 }
@@ -132,7 +135,7 @@ Rgb WhittedIntegrator::through_thin_walls(const accel::Ray& feeler, WhittedConte
 void WhittedIntegrator::trace_recursively(WhittedNode& node, WhittedContext& context) const {
   if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
   const accel::Hit hit = world_.accelerator().intersect(node.ray);
-  RecursiveSink sink{{*this, context}};
+  RecursiveSink sink{{*this, context, &hit}};
   trace_node(context, node, hit);
   if (!shader_.arrive(node, hit, sink)) return;
   SurfacePoint surface;
@@ -174,6 +177,7 @@ void WhittedIntegrator::trace_batch(size_t count, WhittedContext& context) const
       if (!node.seen || node.transparent_surfaces > 0) ++context.counters.bounce;
       trace_node(context, node, hits[i]);
       if (!shader_.arrive(node, hits[i], sink)) continue;
+      sink.hit = &hits[i];
       SurfacePoint surface;
       world_.surface_at(rays[i], hits[i], surface, footprints[i - first]);
       shader_.shade(node, hits[i], surface, sink);
@@ -215,6 +219,7 @@ void WhittedIntegrator::finish_batch(size_t count, WhittedContext& context, Film
     surface.emission = context.components[slot].emission.value();
     surface.direct = context.components[slot].direct.value();
     film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
+    if (!context.first_hits.empty()) first_hits_.add(camera_sample, context.first_hits[slot], film);
   }
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/light/per_light_sampling.h"
@@ -49,6 +50,7 @@ class WhittedIntegrator final : public Integrator {
   Sampler sampler_;
   PixelFilter filter_;
   AovSet aovs_;
+  FirstHits first_hits_; // without mattes, which would need a part of a sample for each of its surfaces
   PerLightSampling lights_;
   std::unique_ptr<WhittedCache> cache_; // shared by all threads
   WhittedShader shader_;

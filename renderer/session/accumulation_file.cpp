@@ -42,6 +42,8 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   header.trims_outliers = state.film.trims_outliers();
   header.light_groups = state.film.light_groups();
   header.adaptive = !state.adaptive.empty();
+  const FlatMattes mattes = state.film.mattes().flat();
+  header.matte_terms = mattes.terms.size();
   const std::vector<StoredPlane> planes = planes_of(header, state.film.crop());
   uint64_t span_bytes = 0;
   for (size_t i = 0; i < state.coverage.block_count(); ++i)
@@ -51,7 +53,7 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
                                           span_bytes, max_coverage_bytes(planes)));
   const std::string json = header_to_json(header);
   if (json.size() > std::numeric_limits<uint32_t>::max()) return cannot_write(path, "its header is beyond 4 GiB");
-  const std::vector<std::span<const std::byte>> planes_bytes = plane_bytes<const std::byte>(state);
+  const std::vector<std::span<const std::byte>> planes_bytes = plane_bytes<const std::byte>(state, mattes);
   const std::vector<BlockPlace> blocks = blocks_of(planes);
 
   AtomicFile::remove_leftovers(path);

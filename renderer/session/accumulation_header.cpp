@@ -246,6 +246,17 @@ std::vector<std::string> light_groups_from_json(const Json& json) {
   return names;
 }
 
+void read_mattes(const Json& json, AccumulationHeader& header) {
+  for (const Json& name : list(json, "of")) {
+    const std::string matte_name = text_from_json(name, "of");
+    const std::optional<Matte> matte = matte_from_name(matte_name);
+    if (!matte) throw Unsound(fmt::format("there is no matte {}", in_quotes(matte_name)));
+    header.aovs.insert(*matte);
+  }
+  if (!header.aovs.has_mattes()) unsound("of", "a list of at least one matte");
+  header.matte_terms = whole(member(json, "terms"), "terms", uint64_t{1} << 48); // whose bytes can be counted
+}
+
 ParsedHeader parse(std::string_view text_of_json) {
   if (json_depth(text_of_json) > kMaxJsonDepth) throw Unsound(fmt::format("it has more than {} levels", kMaxJsonDepth));
   const Json json = Json::parse(text_of_json);
@@ -264,6 +275,7 @@ ParsedHeader parse(std::string_view text_of_json) {
     if (!aov) throw Unsound(fmt::format("there is no AOV {}", in_quotes(aov_name)));
     header.aovs.insert(*aov);
   }
+  if (json.contains("mattes")) read_mattes(json["mattes"], header);
   header.trims_outliers = flag(json, "trims_outliers");
   if (json.contains("light_groups")) header.light_groups = light_groups_from_json(list(json, "light_groups"));
   header.adaptive = flag(json, "adaptive");
@@ -315,6 +327,10 @@ std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const Pixel
     planes.push_back({"rays", sizeof(AdaptiveState::rays[0]), block_count(area)});
     planes.push_back({"earlier", sizeof(AdaptiveState::earlier[0]), pixels});
   }
+  if (header.aovs.has_mattes()) {
+    planes.push_back({"matte_counts", sizeof(FlatMattes::counts[0]), pixels});
+    planes.push_back({"mattes", sizeof(MatteTerm), header.matte_terms});
+  }
   return planes;
 }
 
@@ -343,6 +359,12 @@ std::string header_to_json(const AccumulationHeader& header) {
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);
+  if (header.aovs.has_mattes()) {
+    Json mattes = Json::array();
+    for (const MatteInfo& info : kMattes)
+      if (header.aovs.contains(info.matte)) mattes.push_back(info.name);
+    json["mattes"] = {{"of", mattes}, {"terms", header.matte_terms}};
+  }
   json["trims_outliers"] = header.trims_outliers;
   for (const std::string& name : header.light_groups) json["light_groups"].push_back(text_to_json(name));
   json["adaptive"] = header.adaptive;

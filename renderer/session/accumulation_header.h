@@ -29,6 +29,7 @@ struct AccumulationHeader {
   bool trims_outliers = false;
   std::vector<std::string> light_groups;
   bool adaptive = false;
+  uint64_t matte_terms = 0; // of all pixels (FlatMattes); 0 without mattes
 };
 
 // Returns the memory that the planes take together.
@@ -37,7 +38,7 @@ struct AccumulationHeader {
 // can give the spans of all blocks at once, so they need a bound.
 [[nodiscard]] uint64_t max_coverage_bytes(std::span<const StoredPlane> planes);
 
-// Returns the planes of film and adaptive sampling in the order of the file.
+// Returns the planes of film, adaptive sampling and mattes in the order of the file.
 [[nodiscard]] std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area);
 
 [[nodiscard]] std::string header_to_json(const AccumulationHeader& header);

@@ -56,9 +56,9 @@ struct BlockPlace {
   return blocks;
 }
 
-// Returns the bytes of the planes of a state in the order of planes_of().
-template <typename Byte, typename State>
-[[nodiscard]] std::vector<std::span<Byte>> plane_bytes(State& state) {
+// Returns the bytes of the planes of a state and of its mattes in the order of planes_of().
+template <typename Byte, typename State, typename Mattes>
+[[nodiscard]] std::vector<std::span<Byte>> plane_bytes(State& state, Mattes& mattes) {
   std::vector<std::span<Byte>> bytes;
   for (const auto& plane : state.film.planes()) bytes.push_back(plane.bytes);
   const auto add = [&](auto& values) {
@@ -68,6 +68,10 @@ template <typename Byte, typename State>
     add(state.adaptive.stop_at);
     add(state.adaptive.rays);
     add(state.adaptive.earlier);
+  }
+  if (state.film.aovs().has_mattes()) {
+    add(mattes.counts);
+    add(mattes.terms);
   }
   return bytes;
 }

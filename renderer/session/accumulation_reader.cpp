@@ -198,7 +198,14 @@ Result<Accumulation> read(const fs::path& path) {
     state.adaptive.rays.resize(state.coverage.block_count());
     state.adaptive.earlier.resize(static_cast<size_t>(parsed.area.pixel_count()));
   }
-  if (const Result<void> filled = reader.read_blocks(plane_bytes<std::byte>(state)); !filled) return filled.error();
+  FlatMattes mattes;
+  if (parsed.header.aovs.has_mattes()) {
+    mattes.counts.resize(static_cast<size_t>(parsed.area.pixel_count()));
+    mattes.terms.resize(parsed.header.matte_terms);
+  }
+  if (const Result<void> filled = reader.read_blocks(plane_bytes<std::byte>(state, mattes)); !filled)
+    return filled.error();
+  state.film.mattes().set(mattes);
   return Accumulation{summary.identity, std::move(state)};
 }
 

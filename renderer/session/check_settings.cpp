@@ -59,6 +59,22 @@ Result<void> check_samples(const RenderSettings& settings) {
   return {};
 }
 
+Result<void> check_first_hits(const RenderSettings& settings) {
+  const AovSet aovs = settings.aovs;
+  if (settings.device != DeviceKind::cpu && aovs.needs_first_hit()) {
+    std::string name = "--cryptomatte";
+    for (const AovInfo& info : kAovs)
+      if (is_of_nearest(info.aov) && aovs.contains(info.aov)) name = "--aov " + std::string(info.name);
+    return refuse(name + ": not on the device '" + std::string(device_kind_name(settings.device)) +
+                  "'; use --device cpu");
+  }
+  if (!aovs.has_mattes()) return {};
+  if (settings.integrator.kind == IntegratorKind::whitted)
+    return refuse("--cryptomatte: not with --integrator whitted, whose samples are divided among surfaces; use path");
+  if (!settings.names) return refuse("mattes need RenderSettings::names, the names of the scene's objects");
+  return {};
+}
+
 Result<void> check_adaptive(const RenderSettings& settings) {
   // The negation also refuses NaN.
   if (!(settings.adaptive.noise_threshold >= 0.0 && std::isfinite(settings.adaptive.noise_threshold)))
@@ -98,7 +114,7 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
-  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_split_light})
+  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_split_light, check_first_hits})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");

@@ -87,6 +87,9 @@ void add_frame(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
   for (const AovInfo& info : kAovs)
     if (aovs.contains(info.aov)) names.emplace_back(info.name);
   j["--aov"] = names;
+  j["--cryptomatte"] = SortedJson::array();
+  for (const MatteInfo& info : kMattes)
+    if (aovs.contains(info.matte)) j["--cryptomatte"].push_back(info.name);
 }
 
 void add_sampling(const ImageSettings& o, SortedJson& j) {

@@ -65,7 +65,8 @@ PlacedIntegrator place_integrator(std::unique_ptr<Device> device, const World& w
   const Sampler sampler = make_sampler(settings);
   if (!device)
     return {nullptr,
-            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide),
+            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide,
+                            settings.names.get()),
             {}};
   const PerLightSampling lights(world.light_set());
   const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
@@ -172,8 +173,9 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   RenderSettings untimed = settings; // else the machine's speed would choose the guide
   untimed.time_limit_s.reset();
   const TrainedGuide trained = train_guide(world, camera, untimed, nullptr, {});
-  const std::unique_ptr<Integrator> integrator = make_integrator(
-      settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, trained.guide.get());
+  const std::unique_ptr<Integrator> integrator =
+      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs,
+                      trained.guide.get(), settings.names.get());
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;

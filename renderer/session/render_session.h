@@ -10,6 +10,7 @@
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/scene/surface_names.h"
 #include "renderer/session/adaptive_sampling.h"
 #include "renderer/session/coverage.h"
 #include "renderer/session/render_state.h"
@@ -18,6 +19,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -58,9 +60,10 @@ struct RenderSettings {
   PixelFilter filter;
   Outliers outliers = Outliers::keep; // affects the beauty alone
   AovSet aovs;
-  DeviceKind device = DeviceKind::cpu; // does not change the image
-  int threads = 0;                     // 0: all cores
-  int tile_size_px = 32;               // a multiple of kBlockSize; does not change the image
+  std::shared_ptr<const SurfaceNames> names; // of the scene; for mattes alone, else it may be null
+  DeviceKind device = DeviceKind::cpu;       // does not change the image
+  int threads = 0;                           // 0: all cores
+  int tile_size_px = 32;                     // a multiple of kBlockSize; does not change the image
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }

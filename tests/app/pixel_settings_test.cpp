@@ -64,6 +64,8 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--crop", {true, kNone, {"--crop", "0,0,8,8"}}},
       {"--aov", {true, {"-o", "a.exr"}, {"--aov", "depth"}}},
       {"--light-groups", {true, {"-o", "a.exr"}, {"--light-groups", "kind"}}},
+      {"--cryptomatte", {true, {"-o", "a.exr"}, {"--cryptomatte", "object"}}},
+      {"--cryptomatte-levels", {false, kNone, {"--cryptomatte-levels", "4"}}},
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
       {"--jpeg-quality", {false, kNone, {"--jpeg-quality", "50"}}},

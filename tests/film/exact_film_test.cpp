@@ -188,11 +188,15 @@ TEST(ExactFilm, PlanesFollowRequestedAovs) {
                                             {"components", 96},
                                             {"blocks", 224},
                                             {"light passes", 480},
-                                            {"lobe colors", 72}}));
+                                            {"lobe colors", 72},
+                                            {"nearest", 40}}));
   Film grouped({1, 1}, {{0, 0}, {1, 1}}, {});
   grouped.split_by_light_groups({"key", "fill", "sky"});
   EXPECT_EQ(grouped.planes().back().name, "light groups");
   EXPECT_EQ(grouped.planes().back().bytes_per_pixel, 144U);
+  AovSet mattes;
+  mattes.insert(Matte::object);
+  EXPECT_EQ(sizes(mattes, false), (Sizes{{"beauty", 72}})); // mattes are no plane
 }
 
 // The records have the layout that README.md describes.

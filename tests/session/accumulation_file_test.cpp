@@ -118,7 +118,7 @@ TEST_F(AccumulationFile, ErrorsNamePlace) {
   EXPECT_NE(message_of(bad).find("its header (bytes 0 to "), std::string::npos) << message_of(bad);
   bad = good;
   bad[bad.size() - 1000] ^= 1;
-  EXPECT_NE(message_of(bad).find("(of plane 'earlier', at byte "), std::string::npos) << message_of(bad);
+  EXPECT_NE(message_of(bad).find("(of plane 'mattes', at byte "), std::string::npos) << message_of(bad);
   EXPECT_NE(message_of(good.substr(0, good.size() / 2)).find("is cut off: it ends at byte "), std::string::npos);
   EXPECT_NE(message_of(good.substr(0, good.size() - 24)).find("is cut off: it ends at byte "), std::string::npos);
 }

@@ -119,6 +119,8 @@ class CraftedAccumulation : public AccumulationFolder {
     json["coverage"]["runs"] = {{across(size_px.x) * across(size_px.y), 0}};
     AccumulationHeader header;
     for (const AovInfo& info : kAovs) header.aovs.insert(info.aov);
+    for (const Matte matte : {Matte::object, Matte::asset}) header.aovs.insert(matte); // as random_state() has them
+    header.matte_terms = json["mattes"]["terms"];
     header.trims_outliers = header.adaptive = true;
     json["planes"] = Json::array();
     for (const StoredPlane& plane : planes_of(header, area))

@@ -32,6 +32,7 @@ TEST_P(Determinism, SameBitsForThreadsTilesAndBatches) {
   RenderSettings settings = small_render(kSize, 7);
   settings.integrator.roulette_start_bounce = 2;
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  add_mattes(settings);
   settings.threads = 1;
   const Film reference = render_film(*world, settings);
   struct Variation {

@@ -31,6 +31,25 @@ inline Scene mixed_scene() {
   return scene;
 }
 
+// Names for the nodes and materials of any small scene: Node_0, Material_0 and so on; the node with
+// an odd number is below the one before it.
+inline std::shared_ptr<const SurfaceNames> numbered_names() {
+  auto names = std::make_shared<SurfaceNames>();
+  for (int i = 0; i < 32; ++i) {
+    names->nodes.push_back("Node_" + std::to_string(i));
+    names->roots.push_back(i & ~1);
+    names->has_mesh.push_back(1);
+    names->materials.push_back("Material_" + std::to_string(i));
+  }
+  return names;
+}
+
+// Adds all mattes to the settings of a path tracer.
+inline void add_mattes(RenderSettings& settings) {
+  for (const MatteInfo& info : kMattes) settings.aovs.insert(info.matte);
+  settings.names = numbered_names();
+}
+
 inline std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }

@@ -24,6 +24,7 @@ TEST_P(MovingDeterminism, SameBitsForThreadsTilesBatchesAndCrops) {
   RenderSettings settings = small_render(kMovingSize, 7);
   settings.integrator.roulette_start_bounce = 2;
   for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  add_mattes(settings);
   settings.threads = 1;
   const Film reference = render_moving(*world, settings);
   struct Variation {

@@ -16,8 +16,8 @@ inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) 
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// All that the films' AOVs have: `part` shows the pixels of its crop as `whole` does, whose crop is
-// the whole image or contains that.
+// All that the films' AOVs and mattes have: `part` shows the pixels of its crop as `whole` does,
+// whose crop is the whole image or contains that.
 inline void expect_same_bits(const Film& part, const Film& whole, const std::string& what) {
   const PixelRect &crop = part.crop(), &all = whole.crop();
   for (const AovInfo& info : kAovs) {
@@ -44,6 +44,17 @@ inline void expect_same_bits(const Film& part, const Film& whole, const std::str
           << whole.light_groups()[g] << " differs in row " << y << " with " << what;
     }
   }
+  if (part.mattes().empty()) return;
+  std::vector<MatteTerm> found, expected;
+  for (int y = crop.min.y; y < crop.max.y; ++y)
+    for (int x = crop.min.x; x < crop.max.x; ++x) {
+      part.mattes().list(static_cast<size_t>((y - crop.min.y) * crop.width() + x - crop.min.x), found);
+      whole.mattes().list(static_cast<size_t>((y - all.min.y) * all.width() + x - all.min.x), expected);
+      ASSERT_EQ(found.size(), expected.size()) << "mattes at " << x << ", " << y << " with " << what;
+      for (size_t i = 0; i < found.size(); ++i)
+        ASSERT_TRUE(found[i].ids == expected[i].ids && found[i].weight == expected[i].weight)
+            << "mattes at " << x << ", " << y << " with " << what;
+    }
 }
 
 } // namespace kindling::test

@@ -64,6 +64,7 @@ class SplitScene {
       if (kind_ != SplitKind::whitted || !is_light_pass(info.aov)) settings.aovs.insert(info.aov);
     if (kind_ != SplitKind::whitted) settings.integrator.light_groups = LightGrouping::name;
     settings.outliers = Outliers::trim;
+    if (kind_ != SplitKind::whitted) add_mattes(settings);
     switch (kind_) {
     case SplitKind::path: break;
     case SplitKind::jittered: settings.sampler = SamplerKind::jittered; break;

@@ -46,6 +46,8 @@ RenderState random_state(const V2i& size_px, const PixelRect& area, bool everyth
   AovSet aovs;
   if (everything)
     for (const AovInfo& info : kAovs) aovs.insert(info.aov);
+  if (everything)
+    for (const Matte matte : {Matte::object, Matte::asset}) aovs.insert(matte);
   RenderState state{Film(size_px, area, aovs), Coverage(area), {}, {}};
   std::mt19937 random(seed);
   if (everything) {
@@ -59,6 +61,13 @@ RenderState random_state(const V2i& size_px, const PixelRect& area, bool everyth
   }
   for (const Film::Plane& plane : state.film.planes())
     for (std::byte& byte : plane.bytes) byte = static_cast<std::byte>(random());
+  // Most pixels have one combination of ids, some none or many. The same for each seed, so that
+  // files have one size.
+  for (int y = area.min.y; y < area.max.y && everything; ++y)
+    for (int x = area.min.x; x < area.max.x; ++x)
+      for (int i = 0; i < ((7 * x + 3 * y) % 8 == 0 ? (x + y) % 6 : 1); ++i)
+        state.film.add_matte({x, y}, {.object = 1 + static_cast<uint32_t>(i), .asset = 7},
+                             0.3f * static_cast<float>(x % 5) - 0.1f * static_cast<float>(y % 7));
   for (size_t i = 0; i < state.coverage.block_count(); ++i) {
     if (i % 7 != 3) state.coverage.add(i, {16, i % 5 == 0 ? 20U : 24U});
     if (i % 11 == 4) state.coverage.add(i, {28, 4294967295U});
@@ -78,6 +87,9 @@ void expect_same(const RenderState& a, const RenderState& b) {
   ASSERT_EQ(planes_a.size(), planes_b.size());
   for (size_t p = 0; p < planes_a.size(); ++p)
     EXPECT_TRUE(std::ranges::equal(planes_a[p].bytes, planes_b[p].bytes)) << planes_a[p].name;
+  const FlatMattes mattes_a = a.film.mattes().flat(), mattes_b = b.film.mattes().flat();
+  EXPECT_EQ(mattes_a.counts, mattes_b.counts);
+  EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(mattes_a.terms)), std::as_bytes(std::span(mattes_b.terms))));
   EXPECT_TRUE(a.coverage.area().min == b.coverage.area().min && a.coverage == b.coverage);
   EXPECT_EQ(a.adaptive.stop_at, b.adaptive.stop_at);
   EXPECT_EQ(a.adaptive.rays, b.adaptive.rays);

@@ -35,6 +35,12 @@ void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--jpeg-quality", "N", fmt::format("Quality of JPEG files, 1 to 100 [{}]", o.jpeg_quality),
               [&o](auto text) { return store(parse_integer(text, 1, 100), o.jpeg_quality); });
   flags.value(
+      "--cryptomatte-levels", "N",
+      fmt::format("Objects and materials of a pixel that Cryptomatte layers distinguish, 1 to {}, rounded up to "
+                  "an even number [{}]",
+                  kMaxMatteLevels, o.matte_levels),
+      [&o](auto text) { return store(parse_integer(text, 1, kMaxMatteLevels), o.matte_levels); });
+  flags.value(
       "--denoise", "off|fast|best",
       fmt::format(
           "Denoise images with Open Image Denoise, for which 'kindling --version' names the script that installs it; "

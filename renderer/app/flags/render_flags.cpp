@@ -6,6 +6,7 @@
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/frame_flags.h"
 #include "renderer/app/flags/image_flags.h"
+#include "renderer/app/flags/layer_flags.h"
 #include "renderer/app/flags/lens_flags.h"
 #include "renderer/app/flags/light_flags.h"
 #include "renderer/app/flags/part_flags.h"
@@ -55,12 +56,6 @@ std::vector<std::string> sampler_names() {
   return names;
 }
 
-std::vector<std::string> aov_names() {
-  std::vector<std::string> names;
-  for (const AovInfo& info : kAovs) names.emplace_back(info.name);
-  return names;
-}
-
 Result<void> set_background(std::string_view text, IntegratorSettings& settings) {
   settings.background.reset();
   settings.transparent_background = text == "transparent";
@@ -73,17 +68,6 @@ Result<void> set_background(std::string_view text, IntegratorSettings& settings)
   return {};
 }
 
-Result<void> add_aovs(std::string_view text, AovSet& aovs) {
-  Result<std::vector<std::string>> names = parse_list(text);
-  if (!names.ok()) return names.error();
-  for (const std::string& name : names.value()) {
-    const std::optional<Aov> aov = aov_from_name(name);
-    if (!aov) return unknown_name("AOV", name, aov_names());
-    aovs.insert(*aov);
-  }
-  return {};
-}
-
 void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Image");
   add_output_flag(flags, o, "SCENE's name with .png, in the current folder");
@@ -93,9 +77,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--crop", "X0,Y0,X1,Y1",
               "Render only these pixels, counted from the top left of the whole image, X1 and Y1 excluded [all]",
               [&o](auto text) { return store(parse_crop(text), o.crop); });
-  flags.repeated("--aov", "NAME[,NAME]...",
-                 fmt::format("Additional layers of EXR files: {} [beauty and alpha]", join_choices(aov_names())),
-                 [&o](auto text) { return add_aovs(text, o.aovs); });
+  add_layer_flags(flags, o.aovs);
   add_light_groups_flag(flags, o.integrator);
   add_image_format_flags(flags, o);
 }
@@ -359,8 +341,7 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
                o.image.follow_links);
   flags.group("Image of the memory estimate");
   add_size_flag(flags, o.image);
-  flags.repeated("--aov", "NAME,...", "Additional layers [none]",
-                 [&o](auto text) { return add_aovs(text, o.image.aovs); });
+  add_layer_estimate_flags(flags, o.image.aovs);
   flags.value(
       "--denoise", "off|fast|best", fmt::format("Denoising [{}]", denoising_name(o.image.denoising)), [&o](auto text) {
         return choose(denoising_from_name(text), o.image.denoising, "way of denoising", text, {"off", "fast", "best"});

@@ -11,6 +11,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
 #include "renderer/distributed/work_parts.h"
+#include "renderer/film/cryptomatte.h"
 #include "renderer/session/checkpoint.h"
 #include "renderer/session/image_settings.h"
 
@@ -37,7 +38,8 @@ struct RenderOptions : WorldSettings, ImageSettings {
 
   bool exr_half = true;
   int png_bits = 8;
-  int jpeg_quality = 95; // 1 to 100
+  int jpeg_quality = 95;                  // 1 to 100
+  int matte_levels = kDefaultMatteLevels; // WriteOptions::matte_levels
   std::string view;
   std::optional<double> exposure_stops = 0.0; // none: auto
   std::string ocio_config;

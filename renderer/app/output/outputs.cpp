@@ -28,9 +28,9 @@ namespace {
 bool holds_layers(const fs::path& path) { return is_exr(path) || is_accumulation(path); }
 
 bool wants_layers(AovSet aovs) {
-  return std::any_of(kAovs.begin(), kAovs.end(), [&](const AovInfo& info) {
-    return info.aov != Aov::beauty && info.aov != Aov::alpha && aovs.contains(info.aov);
-  });
+  return aovs.has_mattes() || std::any_of(kAovs.begin(), kAovs.end(), [&](const AovInfo& info) {
+           return info.aov != Aov::beauty && info.aov != Aov::alpha && aovs.contains(info.aov);
+         });
 }
 
 } // namespace
@@ -67,9 +67,10 @@ Result<std::vector<fs::path>> choose_outputs(const RenderOptions& options) {
   }
   const bool has_layers = std::any_of(outputs.begin(), outputs.end(), holds_layers);
   if (wants_layers(options.aovs) && !has_layers)
-    return Error{ErrorKind::usage, "--aov: only .exr files hold further layers; add -o FILE.exr"};
+    return usage_error(fmt::format("{}: only .exr files hold further layers; add -o FILE.exr",
+                                   options.aovs.has_mattes() ? "--cryptomatte" : "--aov"));
   if (options.integrator.light_groups != LightGrouping::off && !has_layers)
-    return Error{ErrorKind::usage, "--light-groups: only .exr and .kacc files hold light groups; add -o FILE.exr"};
+    return usage_error("--light-groups: only .exr and .kacc files hold light groups; add -o FILE.exr");
   for (const fs::path& output : outputs) {
     if (is_standard_output(output)) {
       if (isatty(STDOUT_FILENO) != 0)
@@ -102,7 +103,8 @@ bool is_finished_image(const fs::path& path) {
       if (!coverage.complete(i, summary.value().identity.part)) return false;
     return coverage.block_count() > 0;
   }
-  constexpr size_t kMaxMetadata = 1U << 18; // at the front of EXR and PNG files, uncompressed
+  // At the front of EXR and PNG files, uncompressed; mattes have a manifest of all names.
+  constexpr size_t kMaxMetadata = 1U << 24;
   std::ifstream file(path, std::ios::binary);
   if (!file) return false;
   std::string front(kMaxMetadata, '\0');
@@ -156,7 +158,7 @@ WrittenImages write_images(const std::vector<fs::path>& outputs, const Film& fil
   const RenderOptions& options = writing.options;
   WrittenImages written;
   ImageMetadata metadata = writing.metadata;
-  WriteOptions format{options.exr_half, options.png_bits, options.jpeg_quality, {}};
+  WriteOptions format{options.exr_half, options.png_bits, options.jpeg_quality, {}, options.matte_levels};
   DenoisedImage denoised;
   if (options.denoising_of_images() != Denoising::off && (!outputs.empty() || writing.frame)) {
     const Clock::time_point start = Clock::now();

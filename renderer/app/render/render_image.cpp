@@ -16,6 +16,7 @@
 #include "renderer/facade/lens.h"
 #include "renderer/facade/render_stage.h"
 #include "renderer/session/checkpoint.h"
+#include "renderer/session/matte_metadata.h"
 #include "renderer/session/render_identity.h"
 
 #include <fmt/format.h>
@@ -79,6 +80,7 @@ class ImageRender {
     if (run_.interrupted_early()) return nothing_written();
     if (!stage.ok()) return stage.error();
     stage_ = std::move(stage).value();
+    settings_.names = scene_.names;
     if (stage_.shutter) run_.display.on_info(describe_motion(stage_.world->statistics().motion));
     return options_.replay_pixel ? replay() : render_and_write();
   }
@@ -186,6 +188,7 @@ class ImageRender {
   [[nodiscard]] ImageMetadata metadata() const {
     ImageMetadata metadata = make_metadata(report_, *stage_.camera);
     add_lens_metadata(stage_.placed_camera.camera.lens, metadata);
+    if (scene_.names) add_matte_metadata(*scene_.names, settings_.aovs, metadata);
     if (stage_.exposure_stops) metadata.numbers[kSharedExposureKey] = static_cast<float>(*stage_.exposure_stops);
     return metadata;
   }

@@ -23,7 +23,13 @@ using Costs = MemoryCosts;
 uint64_t film_bytes(const MemoryRequest& request) {
   Film one({1, 1}, {{0, 0}, {1, 1}}, request.aovs);
   one.split_by_light_groups(std::vector<std::string>(request.light_groups));
-  return one.memory_bytes() * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
+  const uint64_t of_pixel = one.memory_bytes() + (request.aovs.has_mattes() ? Costs::kFurtherMattes : 0);
+  return of_pixel * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
+}
+
+uint64_t count_mattes(AovSet aovs) {
+  return static_cast<uint64_t>(
+      std::ranges::count_if(kMattes, [&](const MatteInfo& info) { return aovs.contains(info.matte); }));
 }
 
 // Memory held by textures, and extra memory while one is decoded.
@@ -63,9 +69,12 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   Part{"textures", textures.held, textures.paged ? "--texture-memory" : "decoded, and their levels"},
                   Part{"lights", lights, times(d.emissive_triangles, "emissive triangles")},
                   Part{"environment", environment, times(texels, "texels")},
-                  Part{"film", film, fmt::format("{}x{}", request.size_px.x, request.size_px.y)},
+                  Part{"film", film,
+                       fmt::format("{}x{}{}", request.size_px.x, request.size_px.y,
+                                   request.aovs.has_mattes() ? ", four objects in each pixel" : "")},
                   Part{"guide", Costs::kGuide, "at most"},
-                  Part{"writing", pixels * Costs::kPixelOfImage, "the image, resolved and encoded"},
+                  Part{"writing", pixels * (Costs::kPixelOfImage + count_mattes(request.aovs) * Costs::kPixelOfMatte),
+                       "the image, resolved and encoded"},
                   Part{"denoising", denoise_memory_bytes(request.size_px, request.denoising),
                        fmt::format("Open Image Denoise, {}", denoising_name(request.denoising))}};
 

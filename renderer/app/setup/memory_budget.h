@@ -65,6 +65,8 @@ struct MemoryCosts {
   static constexpr uint64_t kThread = 3U << 20;         // a thread's context, stack and arenas
   static constexpr uint64_t kGuide = 24U << 20;         // maximum
   static constexpr uint64_t kPixelOfImage = 48;         // while writing: the resolved and the encoded film
+  static constexpr uint64_t kFurtherMattes = 3 * 24;    // a pixel's terms of MatteSums after the first
+  static constexpr uint64_t kPixelOfMatte = 48;         // while writing: six ranks
   static constexpr uint64_t kEmissiveTriangle = 90;     // held
   static constexpr uint64_t kEmissiveTriangleInBuild = 260;
   static constexpr uint64_t kEnvironmentTexel = 16;        // held
