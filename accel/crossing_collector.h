@@ -23,7 +23,7 @@ class CrossingCollector {
   }
 
   // Crossings beyond this distance need not be added; it shrinks once the limit is reached.
-  [[nodiscard]] const float& t_far() const { return t_far_; }
+  [[nodiscard]] float t_far() const { return t_far_; }
 
   void add(const Crossing& crossing) {
     crossings_.push_back(crossing);

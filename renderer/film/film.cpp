@@ -281,7 +281,10 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
     return;
   default: break;
   }
-  if (!nearest_.empty()) resolve_nearest(aov, nearest_[index], out);
+  if (is_light_pass(aov))
+    resolve_light(aov, index, out);
+  else if (!nearest_.empty())
+    resolve_nearest(aov, nearest_[index], out);
 }
 
 void Film::resolve_light(Aov aov, size_t index, float* out) const {

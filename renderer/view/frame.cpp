@@ -120,13 +120,17 @@ std::vector<float> display_of_aov(const LinearFrame& frame, const ViewState& sta
     for (float& value : rgb) value = 0.5f + 0.5f * value;
     return rgb;
   }
-  case Aov::position: return by_bounds(values);
+  case Aov::position:
+  case Aov::position_nearest: return by_bounds(values);
   case Aov::alpha: {
     std::vector<float> rgb(values.size() * 3);
     for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = values[i / 3];
     return rgb;
   }
   case Aov::depth:
+  case Aov::depth_nearest:
+  case Aov::object_id:
+  case Aov::material_id:
   case Aov::samples:
   case Aov::variance: return false_colors(values, range);
   default:

@@ -107,7 +107,7 @@ TEST(Documentation, LabelsGiveChoicesAndPaths) {
 }
 
 TEST(Documentation, BashCompletesCommandsFlagsAndWords) {
-  EXPECT_EQ(complete("kindling re", 1), "render\nresume\n");
+  EXPECT_EQ(complete("kindling re", 1), "render\nresume\nrelight\n");
   EXPECT_EQ(complete("kindling render --outlie", 2), "--outliers\n");
   EXPECT_EQ(complete("kindling render --outliers k", 3), "keep\n");
   EXPECT_EQ(complete("kindling render --spp 1", 3), "\n");

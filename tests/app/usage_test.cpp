@@ -29,9 +29,9 @@ class Usage : public SceneFolder {
 
 TEST_F(Usage, WrongFlagsExitWith2) {
   const std::string scene = write_scene();
-  expect_error(
-      {}, 2,
-      "no command; use render, resume, info, shootout, scaling, merge, denoise, view, farm, manual or completion");
+  expect_error({}, 2,
+               "no command; use render, resume, info, shootout, scaling, merge, denoise, relight, view, farm, manual "
+               "or completion");
   expect_error({"bake"}, 2, "unknown command 'bake'");
   expect_error({scene}, 2, "did you mean 'kindling render scene.gltf'?");
   expect_error({"render"}, 2, "no scene");

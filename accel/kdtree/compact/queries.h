@@ -55,17 +55,18 @@ struct Stacks {
 }
 
 // Visits the trees of a structure that a world ray, which satisfies can_hit(), may meet up to
-// t_far: calls trace(tree, motion, ray in the tree's space, instance), which may narrow t_far and
-// ends the visits by returning true. `instance` is kNoId for the world's trees.
-template <class Trace>
+// t_far_: calls Derived::trace_tree(tree, motion, ray in the tree's space, instance), which may
+// narrow t_far_ and ends the visits by returning true. `instance` is kNoId for the world's trees.
+// Base of queries, so that they have one object on a GPU's stack.
+template <class Derived>
 class TreeVisits {
  public:
-  [[gnu::always_inline]] TreeVisits(const StructureView& view, const Ray& ray, float t_min, const float& t_far,
-                                    InstanceStack& stack, const Trace& trace)
-      : view_(view), ray_(ray), t_min_(t_min), t_far_(t_far), stack_(stack), trace_(trace) {}
+  [[gnu::always_inline]] TreeVisits(const StructureView& view, const Ray& ray, Stacks& stacks)
+      : view_(view), ray_(ray), stacks_(stacks), t_min_(std::max(ray.t_min, 0.0f)),
+        t_far_(std::min(ray.t_max, std::numeric_limits<float>::max())) {}
 
-  // Returns true if some call of trace did.
-  [[gnu::always_inline]] bool run() const {
+  // Returns true if some call of trace_tree() did.
+  [[gnu::always_inline]] bool run() {
     for (uint32_t tree = StructureView::kWorldTree; tree <= StructureView::kTransientTree; ++tree)
       if (trace(tree, Static(), ray_, kNoId)) return true;
     const auto transformed = [&](uint32_t i) {
@@ -73,20 +74,20 @@ class TreeVisits {
       const Ray inside = to_object(placed.to_object, ray_);
       return can_hit(inside) && trace(placed.tree, Static(), inside, placed.instance);
     };
-    if (visit_instances(view_.instance_level, ray_, t_min_, t_far_, stack_, transformed)) return true;
+    if (visit_instances(view_.instance_level, ray_, t_min_, t_far_, stacks_.instances, transformed)) return true;
     const float time = clamped_time(ray_.time);
     const auto moving = [&](uint32_t i) { return trace_moving(view_.moving[i], time); };
-    return visit_instances(view_.moving_level, ray_, t_min_, t_far_, stack_, moving);
+    return visit_instances(view_.moving_level, ray_, t_min_, t_far_, stacks_.instances, moving);
   }
 
  private:
   template <class Motion>
-  [[gnu::always_inline]] bool trace(uint32_t number, const Motion& motion, const Ray& ray, uint32_t instance) const {
+  [[gnu::always_inline]] bool trace(uint32_t number, const Motion& motion, const Ray& ray, uint32_t instance) {
     const TreeView& tree = view_.trees[number];
-    return tree.root != kEmptyChild && trace_(tree, motion, ray, instance);
+    return tree.root != kEmptyChild && static_cast<Derived*>(this)->trace_tree(tree, motion, ray, instance);
   }
 
-  [[gnu::always_inline]] bool trace_moving(const MovingView& moving, float time) const {
+  [[gnu::always_inline]] bool trace_moving(const MovingView& moving, float time) {
     Ray inside = ray_;
     if (moving.key_count != 0) {
       const KeyInterval at = key_interval(time, moving.key_count - 1);
@@ -132,50 +133,42 @@ class TreeVisits {
   }
 
   const StructureView& view_;
+
+ protected:
   const Ray& ray_;
-  float t_min_;
-  const float& t_far_;
-  InstanceStack& stack_;
-  const Trace& trace_;
+  Stacks& stacks_;
+  float t_min_, t_far_;
 };
 
 // One query of a world ray, which satisfies can_hit(), through all trees.
 template <bool kAny, class Filter>
-class Query {
- public:
-  [[gnu::always_inline]] Query(const StructureView& view, const Ray& ray, const Filter& filter, Stacks& stacks)
-      : view_(view), ray_(ray), filter_(filter), stacks_(stacks), t_min_(std::max(ray.t_min, 0.0f)),
-        t_far_(std::min(ray.t_max, std::numeric_limits<float>::max())) {}
+class Query : public TreeVisits<Query<kAny, Filter>> {
+  using Visits = TreeVisits<Query>;
+  friend Visits;
 
-  // Returns true at the first hit if any will do; else sets hit().
-  [[gnu::always_inline]] bool run() {
-    const auto trace = [this](const TreeView& tree, const auto& motion, const Ray& ray, uint32_t instance)
-        __attribute__((always_inline)) {
-      return this->trace(tree, motion, ray, instance);
-    };
-    return TreeVisits(view_, ray_, t_min_, t_far_, stacks_.instances, trace).run();
-  }
+ public:
+  // run() returns true at the first hit if any will do; else it sets hit().
+  [[gnu::always_inline]] Query(const StructureView& view, const Ray& ray, const Filter& filter, Stacks& stacks)
+      : Visits(view, ray, stacks), filter_(filter) {}
   [[nodiscard]] const Hit& hit() const { return hit_; }
 
  private:
-  // Traces the ray, in the space of the tree, through one tree.
   template <class Motion>
-  [[gnu::always_inline]] bool trace(const TreeView& tree, const Motion& motion, const Ray& ray, uint32_t instance) {
+  [[gnu::always_inline]] bool trace_tree(const TreeView& tree, const Motion& motion, const Ray& ray,
+                                         uint32_t instance) {
     TreeHit best;
-    const auto accepts = [&](const TreeHit& candidate) { return filter_(ray_, tree.resolve(candidate, instance)); };
-    const bool found =
-        TreeWalk<Motion>(tree, motion, ray, t_min_).template run<kAny>(stacks_.tree, t_far_, best, accepts);
+    const auto accepts = [&](const TreeHit& candidate) {
+      return filter_(Visits::ray_, tree.resolve(candidate, instance));
+    };
+    const bool found = TreeWalk<Motion>(tree, motion, ray, Visits::t_min_)
+                           .template run<kAny>(Visits::stacks_.tree, Visits::t_far_, best, accepts);
     if (kAny || !found) return found;
     const Hit hit = tree.resolve(best, instance);
     if (!hit_.is_hit() || hit.t < hit_.t || comes_before(hit, hit_)) hit_ = hit;
     return false;
   }
 
-  const StructureView& view_;
-  const Ray& ray_;
   const Filter& filter_;
-  Stacks& stacks_;
-  float t_min_, t_far_;
   Hit hit_; // the nearest so far
 };
 

@@ -87,7 +87,7 @@ class TreeWalk {
   // first. `accepts(candidate)` decides about meshes that are not opaque.
   template <bool kAny, class Accepts>
   [[gnu::always_inline]] bool run(TreeStack& stack, float& t_far, TreeHit& best, const Accepts& accepts) const {
-    const auto test = [&](const LeafUnit* unit) {
+    const auto test = [&](const LeafUnit* unit) __attribute__((always_inline)) {
       return intersect_leaf<kAny>(unit, motion_, shear_, t_min_, t_far, best, accepts);
     };
     if (visit_leaves(stack, t_far, test)) return true;
