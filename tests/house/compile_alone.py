@@ -2,8 +2,8 @@
 """Compiles each source by itself without precompiled headers, which finds missing includes.
 
 usage: compile_alone.py BUILD_FOLDER [--share K/N] [--jobs N]
-BUILD_FOLDER is configured with the preset `alone`. Only the syntax is checked, nothing is written. --share takes every N-th source, so that N
-runs check all of them. Exit code 0 if all compile, 1 with the compiler's errors, 2 on bad usage.
+BUILD_FOLDER is configured with the preset `alone`. Only the syntax is checked, nothing is written. Generated sources, in
+the build folder, are left out. --share takes every N-th source, so that N runs check all of them. Exit code 0 if all compile, 1 with the compiler's errors, 2 on bad usage.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -22,6 +22,13 @@ def parse_share(text):
     if not match or not 1 <= int(match[1]) <= int(match[2]):
         raise argparse.ArgumentTypeError(f"'{text}' is no share; use K/N with K from 1 to N")
     return int(match[1]), int(match[2])
+
+
+def sources_of(database, build):
+    """The commands of a database, without those of generated sources, which need not exist."""
+    generated = build.resolve()
+    return [command for command in json.loads(database.read_text(encoding="utf-8"))
+            if generated not in Path(command["directory"], command["file"]).resolve().parents]
 
 
 def check_syntax(command):
@@ -45,7 +52,7 @@ def main(arguments=None):
     if subprocess.run(["cmake", "--build", options.build, "--target", "kindling_sources_hash"], stdout=subprocess.DEVNULL).returncode != 0:
         return 1
     first, step = options.share
-    commands = sorted(json.loads(database.read_text(encoding="utf-8")), key=lambda command: command["file"])[first - 1::step]
+    commands = sorted(sources_of(database, options.build), key=lambda command: command["file"])[first - 1::step]
     failed = 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for errors in pool.map(check_syntax, commands):
