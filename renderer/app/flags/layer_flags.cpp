@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/layer_flags.h"
 
+#include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/text/parse_values.h"
 
 #include <fmt/format.h>
