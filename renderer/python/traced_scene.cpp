@@ -140,7 +140,7 @@ void TracedScene::intersect(const RayArrays& rays, int threads,
     std::array<accel::Hit, kBlock> hits;
     for (size_t i = 0; i < count; ++i) packed[i] = rays[first + i];
     const std::span<const accel::Ray> block(packed.data(), count);
-    // Of the kd-tree both queries have the same bits; Embree's coherent one rounds otherwise.
+    // The kd-tree's two queries give the same bits; Embree's coherent query rounds differently.
     if (kind_ == accel::Kind::kdtree && are_coherent(block.first(std::min(count, kCoherent)))) {
       for (size_t i = 0; i < count; i += kCoherent) {
         const size_t some = std::min(kCoherent, count - i);

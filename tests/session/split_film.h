@@ -43,7 +43,7 @@ inline void expect_sums_to_beauty(const Film& film, std::string_view plane) {
   EXPECT_EQ(different, 0U) << plane;
 }
 
-// Of interleaved RGB.
+// Returns the mean luminance of interleaved RGB values.
 inline double mean_luminance(const std::vector<float>& rgb) {
   double sum = 0.0;
   for (size_t i = 0; i + 2 < rgb.size(); i += 3)

@@ -7,13 +7,13 @@
 #include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/denoise_image.h"
 #include "renderer/app/output/file_conflicts.h"
+#include "renderer/app/output/finished_image.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/progress_display.h"
 #include "renderer/app/terminal/signals.h"
 #include "renderer/app/terminal/stopwatch.h"
 #include "renderer/app/text/text_format.h"
-#include "renderer/film/exposure.h"
 #include "renderer/image/read_exr.h"
 
 #include <fmt/format.h>
@@ -62,7 +62,12 @@ class DenoiseCommand {
     const V2i size = size_px();
     const std::string line = fmt::format("denoised {}x{} {} by {} in {}", size.x, size.y, describe_guides(),
                                          denoised_.by, format_seconds(seconds_since(start)));
-    if (Result<void> done = write(outputs.value(), std::move(view).value()); !done.ok()) return done.error();
+    const FinishedImage finished{
+        denoised_.rgba, size_px(), {{"kindling:denoised", denoised_.by}}, [this] { return denoised_image(); }};
+    if (Result<void> done =
+            write_finished_image(outputs.value(), finished, options_.image, std::move(view).value(), console_);
+        !done.ok())
+      return done.error();
     console_.line(line);
     return kExitOk;
   }
@@ -107,35 +112,6 @@ class DenoiseCommand {
     image.text["kindling:denoised"] = denoised_.by;
     image.text["kindling:denoisedBy"] = command_line_;
     return image;
-  }
-
-  Result<void> write(const std::vector<fs::path>& outputs, DisplayTransform view) {
-    if (!options_.image.exposure_stops) {
-      RenderOptions exposed = options_.image;
-      exposed.exposure_stops = auto_exposure_stops(measure_brightness(denoised_.rgba));
-      console_.note(fmt::format("exposure {:+.1f} stops", *exposed.exposure_stops));
-      Result<DisplayTransform> chosen = choose_view(exposed);
-      if (!chosen.ok()) return chosen.error();
-      view = std::move(chosen).value();
-    }
-    const RenderOptions& image = options_.image;
-    const WriteOptions format{image.exr_half, image.png_bits, image.jpeg_quality, {}};
-    Result<void> first_error;
-    std::string names;
-    for (const fs::path& output : outputs) {
-      const fs::path target = is_standard_output(output) ? fs::path(kStandardOutput) : output;
-      const Result<void> done = is_exr(output) ? write_exr(target, denoised_image())
-                                               : write_display_file(output, denoised_.rgba, size_px(), view,
-                                                                    {{"kindling:denoised", denoised_.by}}, format);
-      if (done.ok() && !is_standard_output(output)) names += output.string() + "\n";
-      if (done.ok()) continue;
-      if (first_error.ok())
-        first_error = done.error();
-      else
-        console_.error(done.error().message);
-    }
-    const Result<void> printed = print(names);
-    return first_error.ok() ? printed : first_error;
   }
 
   const DenoiseOptions& options_;

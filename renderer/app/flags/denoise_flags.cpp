@@ -5,7 +5,6 @@
 #include "renderer/app/flags/image_flags.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/output/outputs.h"
-#include "renderer/app/text/parse_values.h"
 
 #include <fmt/format.h>
 
@@ -13,14 +12,7 @@ namespace kindling::app {
 
 void add_denoise_flags(FlagSet& flags, DenoiseOptions& o) {
   flags.group("Denoised image");
-  add_output_flag(flags, o.image, "required");
-  add_image_format_flags(flags, o.image);
-  flags.group("Machine");
-  flags.value("--threads", "N", fmt::format("Threads; 0: all cores [{}]", o.image.threads),
-              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.image.threads); });
-  flags.group("Reports");
-  flags.toggle("-q,--quiet", "Print errors only", o.image.quiet);
-  flags.toggle("-v,--verbose", "Print details too", o.image.verbose);
+  add_finished_image_flags(flags, o.image, "required");
 }
 
 Result<void> check_denoise_flags(const FlagSet& /*flags*/, const DenoiseOptions& o) {

@@ -64,4 +64,15 @@ void add_image_format_flags(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return set_text(text, o.ocio_config); });
 }
 
+void add_finished_image_flags(FlagSet& flags, RenderOptions& o, const std::string& default_name) {
+  add_output_flag(flags, o, default_name);
+  add_image_format_flags(flags, o);
+  flags.group("Machine");
+  flags.value("--threads", "N", fmt::format("Threads; 0: all cores [{}]", o.threads),
+              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
+  flags.group("Reports");
+  flags.toggle("-q,--quiet", "Print errors only", o.quiet);
+  flags.toggle("-v,--verbose", "Print details too", o.verbose);
+}
+
 } // namespace kindling::app

@@ -65,14 +65,7 @@ void add_relight_flags(FlagSet& flags, RelightOptions& o) {
                 return {};
               });
   flags.group("Image");
-  add_output_flag(flags, o.image, "FILE's name with -relit.png, in the current folder");
-  add_image_format_flags(flags, o.image);
-  flags.group("Machine");
-  flags.value("--threads", "N", fmt::format("Threads; 0: all cores [{}]", o.image.threads),
-              [&o](auto text) { return store(parse_integer(text, 0, 1024), o.image.threads); });
-  flags.group("Reports");
-  flags.toggle("-q,--quiet", "Print errors only", o.image.quiet);
-  flags.toggle("-v,--verbose", "Print details too", o.image.verbose);
+  add_finished_image_flags(flags, o.image, "FILE's name with -relit.png, in the current folder");
 }
 
 Result<void> check_relight_flags(const FlagSet& /*flags*/, RelightOptions& o) {

@@ -5,13 +5,13 @@
 #include "renderer/app/output/choose_view.h"
 #include "renderer/app/output/denoise_image.h"
 #include "renderer/app/output/file_conflicts.h"
+#include "renderer/app/output/finished_image.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/render_metadata.h"
 #include "renderer/app/relight/light_layers.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/progress_display.h"
 #include "renderer/app/terminal/signals.h"
-#include "renderer/film/exposure.h"
 #include "renderer/film/write_film.h"
 #include "renderer/image/read_exr.h"
 #include "renderer/session/accumulation_file.h"
@@ -103,7 +103,12 @@ class RelightCommand {
       console_.note("interrupted: nothing was written");
       return exit_code_of_signal(signals_.received());
     }
-    if (Result<void> done = write(outputs.value(), std::move(view).value()); !done.ok()) return done.error();
+    choose_precision();
+    const FinishedImage finished{rgba_, size_px(), {{"kindling:relitBy", command_line_}}, [this] { return image_; }};
+    if (Result<void> done =
+            write_finished_image(outputs.value(), finished, options_.image, std::move(view).value(), console_);
+        !done.ok())
+      return done.error();
     console_.line(describe(groups, factors.value()));
     return kExitOk;
   }
@@ -185,36 +190,6 @@ class RelightCommand {
       if (layer.half)
         for (float& value : layer.values) value = std::clamp(value, -kLargestHalf, kLargestHalf);
     }
-  }
-
-  Result<void> write(const std::vector<fs::path>& outputs, DisplayTransform view) {
-    const RenderOptions& image = options_.image;
-    if (!image.exposure_stops) {
-      RenderOptions exposed = image;
-      exposed.exposure_stops = auto_exposure_stops(measure_brightness(rgba_));
-      console_.note(fmt::format("exposure {:+.1f} stops", *exposed.exposure_stops));
-      Result<DisplayTransform> chosen = choose_view(exposed);
-      if (!chosen.ok()) return chosen.error();
-      view = std::move(chosen).value();
-    }
-    choose_precision();
-    const WriteOptions format{image.exr_half, image.png_bits, image.jpeg_quality, {}};
-    Result<void> first_error;
-    std::string names;
-    for (const fs::path& output : outputs) {
-      const fs::path target = is_standard_output(output) ? fs::path(kStandardOutput) : output;
-      const Result<void> done = is_exr(output) ? write_exr(target, image_)
-                                               : write_display_file(output, rgba_, size_px(), view,
-                                                                    {{"kindling:relitBy", command_line_}}, format);
-      if (done.ok() && !is_standard_output(output)) names += output.string() + "\n";
-      if (done.ok()) continue;
-      if (first_error.ok())
-        first_error = done.error();
-      else
-        console_.error(done.error().message);
-    }
-    const Result<void> printed = print(names);
-    return first_error.ok() ? printed : first_error;
   }
 
   const RelightOptions& options_;
