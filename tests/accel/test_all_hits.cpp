@@ -78,7 +78,7 @@ std::vector<Ray> hard_rays(Rng& rng, const TestScene& scene, int count) {
 TEST(AllHits, KdTreeEqualsBruteForce) {
   std::deque<NamedScene> scenes = adversarial_scenes();
   for (NamedScene& named : hostile_scenes()) scenes.push_back(std::move(named));
-  size_t crossings = 0;
+  size_t crossings = 0, traced = 0;
   for (const NamedScene& named : scenes) {
     SCOPED_TRACE(named.name);
     const auto oracle = build_all_hits(Kind::brute_force, named.scene),
@@ -90,13 +90,14 @@ TEST(AllHits, KdTreeEqualsBruteForce) {
     compare_all(*oracle, *tested, rays, true, counts);
     EXPECT_EQ(counts.failure, "");
     crossings += counts.crossings;
+    traced += rays.size();
   }
-  EXPECT_GT(crossings, 100000U);
+  EXPECT_GT(crossings, traced); // else the rays say little
 }
 
 TEST(AllHits, KdTreeEqualsBruteForceOnRandomScenes) {
   const auto seeds = static_cast<uint32_t>(trials("KINDLING_ALL_HITS_SEEDS", 120));
-  size_t crossings = 0;
+  size_t crossings = 0, traced = 0;
   for (uint32_t seed = 1; seed <= seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Rng rng(seed);
@@ -111,8 +112,9 @@ TEST(AllHits, KdTreeEqualsBruteForceOnRandomScenes) {
     compare_all(*oracle, *tested, rays, true, counts);
     ASSERT_EQ(counts.failure, "");
     crossings += counts.crossings;
+    traced += rays.size();
   }
-  EXPECT_GT(crossings, 10000U);
+  EXPECT_GT(crossings, traced); // half of them have intervals that were cut
 }
 
 // What Embree finds has the oracle's bits. It misses some triangles at edges, as its other queries
