@@ -1,14 +1,20 @@
 #!/usr/bin/env bash
-# Builds the program in a Debian 13 and compares its images with those of this machine.
+# Builds the program in a newer Debian and compares its images with those of this machine.
 # SPDX-License-Identifier: Apache-2.0
 source "$(dirname "${BASH_SOURCE[0]}")/../../cmake/setup.sh"
 source "$kindling_root/tests/package/roots.sh"
-usage='usage: debian13.sh PROGRAM [--scene SCENE]... [--race SCENE]...
-PROGRAM is the kindling of this machine. --scene compares one more image, --race prints the shootout of a scene against
+usage='usage: newer_debian.sh SUITE PROGRAM [--scene SCENE]... [--race SCENE]...
+SUITE is trixie (Debian 13), forky or sid, PROGRAM the kindling of this machine. --scene compares one more image, --race prints the shootout of a scene against
 Embree 4.'
-[ $# -ge 1 ] && [ -x "$1" ] || fail "$usage"
-program=$(realpath "$1")
-shift
+[ $# -ge 2 ] && [ -x "$2" ] || fail "$usage"
+case $1 in
+  trixie) debian="Debian 13" ;;
+  forky | sid) debian="Debian $1" ;;
+  *) fail "$usage" ;;
+esac
+suite=$1
+program=$(realpath "$2")
+shift 2
 scenes=()
 races=()
 while [ $# -gt 0 ]; do
@@ -21,8 +27,8 @@ while [ $# -gt 0 ]; do
   shift 2
 done
 
-say "Making a Debian 13 with $(printf '%s\n' "${kindling_packages[@]}" | wc -l) packages"
-make_root trixie "${kindling_packages[@]}"
+say "Making a $debian with $(printf '%s\n' "${kindling_packages[@]}" | wc -l) packages"
+make_root "$suite" "${kindling_packages[@]}"
 mkdir "$root/kindling"
 (cd "$kindling_root" && git ls-files -z | tar --null --files-from=- --create) | tar -x -C "$root/kindling"
 
@@ -30,14 +36,14 @@ say "Building there with $(build_jobs) jobs"
 in_root sh -c "cd /kindling && cmake --preset release -DKINDLING_WARNINGS_AS_ERRORS=ON -DKINDLING_BUILD_TESTS=OFF -DKINDLING_BUILD_BENCH=OFF &&
   cmake --build --preset release --parallel $(build_jobs) --target kindling" >"$root/build.log" 2>&1 || {
   tail -n 60 "$root/build.log"
-  fail "Kindling does not build in Debian 13"
+  fail "Kindling does not build in $debian"
 }
 there=/kindling/build/release/kindling
 in_root $there --version
-in_root python3 /kindling/scenes/generate.py --check || fail "scenes/generate.py writes other files in Debian 13"
+in_root python3 /kindling/scenes/generate.py --check || fail "scenes/generate.py writes other files in $debian"
 
-# Images follow from the source alone: not from the compiler (GCC 12 here, 14 there), nor from the C
-# library. Embree 4 and 3 are two libraries, so the kd-tree is compared.
+# Images follow from the source alone: not from the compiler (GCC 12 here, 14 or newer there), nor
+# from the C library. Embree 4 and 3 are two libraries, so the kd-tree is compared.
 mkdir "$root/here" "$root/there" "$root/more"
 hash_of() {
   oiiotool --info -v --hash "$1" | sed -n 's/.*SHA-1: //p'
@@ -69,6 +75,6 @@ for scene in "${races[@]}"; do
 done
 if [ ${#differ[@]} -gt 0 ]; then
   printf '%s\n' "${differ[@]}"
-  fail "${#differ[@]} of $compared images differ between Debian 12 and 13"
+  fail "${#differ[@]} of $compared images differ between Debian 12 and $debian"
 fi
-say "Debian 13 gives the $compared images of this machine, bit for bit"
+say "$debian gives the $compared images of this machine, bit for bit"
