@@ -14,6 +14,7 @@ std::string_view device_kind_name(DeviceKind kind) {
   case DeviceKind::cpu: return "cpu";
   case DeviceKind::host: return "host";
   case DeviceKind::gpu: return "gpu";
+  case DeviceKind::automatic: return "auto";
   }
   return "unknown";
 }
@@ -25,7 +26,7 @@ std::optional<DeviceKind> device_kind_from_name(std::string_view name) {
 }
 
 Result<std::unique_ptr<Device>> open_device(DeviceKind kind, int threads) {
-  assert(kind != DeviceKind::cpu);
+  assert(needs_device(kind));
   if (kind == DeviceKind::gpu) return open_cuda_device();
   return make_host_device(threads);
 }

@@ -61,7 +61,7 @@ Result<void> check_samples(const RenderSettings& settings) {
 
 Result<void> check_first_hits(const RenderSettings& settings) {
   const AovSet aovs = settings.aovs;
-  if (settings.device != DeviceKind::cpu && aovs.needs_first_hit()) {
+  if (needs_device(settings.device) && aovs.needs_first_hit()) {
     std::string name = "--cryptomatte";
     for (const AovInfo& info : kAovs)
       if (is_of_nearest(info.aov) && aovs.contains(info.aov)) name = "--aov " + std::string(info.name);
@@ -99,7 +99,7 @@ Result<void> check_split_light(const RenderSettings& settings) {
   if (settings.integrator.kind != IntegratorKind::path)
     return refuse(wanted + ": the integrator '" + std::string(integrator_name(settings.integrator.kind)) +
                   "' does not split its light; use --integrator path");
-  if (settings.device != DeviceKind::cpu) return refuse(wanted + ": devices do not split light; use --device cpu");
+  if (needs_device(settings.device)) return refuse(wanted + ": devices do not split light; use --device cpu");
   return {};
 }
 

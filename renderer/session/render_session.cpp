@@ -3,12 +3,9 @@
 #include "renderer/session/render_session.h"
 
 #include "renderer/base/standard_arithmetic.h"
-#include "renderer/device/device_integrator.h"
 #include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/stages/first_hit.h"
-#include "renderer/integrator/whitted_shader.h"
-#include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
+#include "renderer/session/place_integrator.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
 #include "renderer/world/light_groups.h"
@@ -24,10 +21,6 @@
 
 namespace kindling {
 namespace {
-
-Sampler make_sampler(const RenderSettings& settings) {
-  return Sampler(settings.seed, settings.sampler, settings.planned());
-}
 
 RenderState empty_state(const RenderSettings& settings, std::vector<std::string> light_groups) {
   const PixelRect area = rendered_pixels(settings);
@@ -50,40 +43,6 @@ uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   for (size_t i = 0; i < coverage.block_count(); ++i)
     if (!coverage.complete(i, wanted)) min_done = std::min(min_done, coverage.done(i, wanted));
   return min_done;
-}
-
-// An integrator, and the device that it renders on, if any.
-struct PlacedIntegrator {
-  std::unique_ptr<Device> device;
-  std::unique_ptr<Integrator> integrator;
-  DeviceUse use;
-};
-
-// `device`: null for the CPU. May throw DeviceError.
-PlacedIntegrator place_integrator(std::unique_ptr<Device> device, const World& world, const Camera& camera,
-                                  const RenderSettings& settings, const Guide* guide) {
-  const Sampler sampler = make_sampler(settings);
-  if (!device)
-    return {nullptr,
-            make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide,
-                            settings.names.get()),
-            {}};
-  const PerLightSampling lights(world.light_set());
-  const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
-  const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
-  const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
-  auto integrator = std::make_unique<DeviceIntegrator>(
-      *device, settings.integrator,
-      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter}, settings.aovs);
-  DeviceUse use{device->name(), integrator->scene_bytes()};
-  return {std::move(device), std::move(integrator), std::move(use)};
-}
-
-// Opens the device of a render; null for the CPU.
-Result<std::unique_ptr<Device>> open_device(const World& world, const RenderSettings& settings, int threads) {
-  if (settings.device == DeviceKind::cpu) return std::unique_ptr<Device>();
-  if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
-  return open_device(settings.device, threads);
 }
 
 } // namespace
@@ -116,7 +75,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   }
   const auto start = RenderLoop::Clock::now();
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
-  Result<std::unique_ptr<Device>> device = open_device(world, settings, threads);
+  Result<OpenedDevice> device = open_device(world, camera, settings, threads);
   if (!device) return device.error();
   std::optional<RenderState> state = std::exchange(continuity.resume_from, std::nullopt);
   const bool saves = static_cast<bool>(continuity.save);

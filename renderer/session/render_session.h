@@ -77,6 +77,7 @@ struct RenderSettings {
 struct DeviceUse {
   std::string name = "cpu";
   uint64_t scene_bytes = 0; // 0 for the CPU
+  std::string why_cpu;      // with DeviceKind::automatic, if no GPU rendered: the reason
 };
 
 struct RenderStatistics {

@@ -38,6 +38,9 @@ size_t allocated_bytes = 0;
 long launches = 0;
 bool lost = false;
 int context = 0, module = 0;
+long compilations = 0;
+char* link_log = nullptr;
+std::string code;
 
 int when_alive(int status) { return lost ? kLost : status; }
 
@@ -50,6 +53,8 @@ extern "C" {
 void (*fake_cuda_run)(const char* name, const void* argument, unsigned count) = nullptr;
 // The number of allocations that were not released.
 size_t fake_cuda_allocations() { return allocated.size(); }
+// How often kernels were compiled.
+long fake_cuda_compilations() { return compilations; }
 
 int cuInit(unsigned) {
   launches = 0;
@@ -122,14 +127,33 @@ int cuMemsetD8_v2(unsigned long long to, unsigned char value, size_t bytes) {
   std::memset(reinterpret_cast<void*>(to), value, bytes);
   return 0;
 }
-int cuModuleLoadDataEx(void** loaded, const void* image, unsigned options, int* names, void** values) {
-  if (const long status = setting("compile", 0); status != 0) {
-    for (unsigned i = 0; i < options; ++i)
-      if (names[i] == 5) std::snprintf(static_cast<char*>(values[i]), 64, "line 7: unknown instruction\nmore");
-    return static_cast<int>(status);
-  }
+int cuLinkCreate_v2(unsigned options, int* names, void** values, void** link) {
+  for (unsigned i = 0; i < options; ++i)
+    if (names[i] == 5) link_log = static_cast<char*>(values[i]);
+  *link = &code;
+  return 0;
+}
+int cuLinkAddData_v2(void*, int type, void* ptx, size_t bytes, const char*, unsigned, int*, void**) {
+  ++compilations;
+  const long status = setting("compile", 0);
+  if (status != 0) std::snprintf(link_log, 64, "line 7: unknown instruction\nmore");
+  const std::string_view text(static_cast<const char*>(ptx), bytes);
+  if (type != 1 || text.empty() || text.back() != '\0' || text.find(".version") == text.npos) return 1;
+  return static_cast<int>(status);
+}
+int cuLinkComplete(void*, void** made, size_t* bytes) {
+  code = "machine code of the fake GPU";
+  *made = code.data();
+  *bytes = code.size() + 1;
+  return 0;
+}
+int cuLinkDestroy(void*) {
+  code.assign(code.size(), '?'); // it is gone
+  return 0;
+}
+int cuModuleLoadData(void** loaded, const void* image) {
   *loaded = &module;
-  return std::strstr(static_cast<const char*>(image), ".version") != nullptr ? 0 : 200;
+  return std::strcmp(static_cast<const char*>(image), "machine code of the fake GPU") == 0 ? 0 : 200;
 }
 int cuModuleUnload(void*) { return when_alive(0); }
 int cuModuleGetFunction(void** function, void*, const char* name) {

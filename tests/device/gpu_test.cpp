@@ -8,12 +8,17 @@
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace kindling::test {
 namespace {
@@ -38,6 +43,7 @@ class Gpu : public testing::Test {
     ASSERT_NE(library_, nullptr) << dlerror();
     *static_cast<void (**)(const char*, const void*, unsigned)>(dlsym(library_, "fake_cuda_run")) = run_kernel;
     setenv("KINDLING_CUDA_DRIVER", KINDLING_FAKE_CUDA, 1);
+    setenv("XDG_CACHE_HOME", cache_.c_str(), 1);
     fail("");
   }
   void TearDown() override {
@@ -45,6 +51,8 @@ class Gpu : public testing::Test {
     EXPECT_EQ(reinterpret_cast<size_t (*)()>(dlsym(library_, "fake_cuda_allocations"))(), 0U);
     unsetenv("KINDLING_CUDA_DRIVER");
     unsetenv("FAKE_CUDA");
+    unsetenv("XDG_CACHE_HOME");
+    std::filesystem::remove_all(cache_);
     dlclose(library_);
   }
 
@@ -65,9 +73,25 @@ class Gpu : public testing::Test {
     EXPECT_EQ(outcome.error().message.find('\n'), std::string::npos);
     return outcome.error().message;
   }
+  // Renders, and returns how often kernels were compiled for it.
+  long compilations() {
+    const auto count = reinterpret_cast<long (*)()>(dlsym(library_, "fake_cuda_compilations"));
+    const long before = count();
+    EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, nullptr).ok());
+    return count() - before;
+  }
+  [[nodiscard]] std::vector<std::filesystem::path> cached() const {
+    std::vector<std::filesystem::path> files;
+    const std::filesystem::path folder = cache_ / "kindling/kernels";
+    if (!exists(folder)) return files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+    return files;
+  }
   void expect_message(const std::string& part) { EXPECT_NE(message().find(part), std::string::npos) << message(); }
 
   std::unique_ptr<const World> world_ = mixed_world(accel::Kind::kdtree);
+  const std::filesystem::path cache_ =
+      std::filesystem::path(testing::TempDir()) / ("kindling_" + std::to_string(getpid()));
 
  private:
   void* library_ = nullptr;
@@ -99,6 +123,39 @@ TEST_F(Gpu, EachFailureToStartHasItsMessage) {
   expect_message("libm.so.6 lacks the function cuInit");
 }
 
+TEST_F(Gpu, KernelsAreCompiledOnceForEachDriver) {
+  EXPECT_EQ(compilations(), 1);
+  ASSERT_EQ(cached().size(), 1U);
+  EXPECT_NE(cached()[0].filename().string().find("sm_90-cuda_13000-"), std::string::npos) << cached()[0];
+  EXPECT_EQ(compilations(), 0);
+  fail("version=13010");
+  EXPECT_EQ(compilations(), 1);
+  fail("version=13010 capability=80");
+  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(cached().size(), 3U);
+}
+
+TEST_F(Gpu, DamagedKernelsAreCompiledAgain) {
+  EXPECT_EQ(compilations(), 1);
+  std::ofstream(cached().at(0)) << "damaged";
+  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(compilations(), 0);
+}
+
+TEST_F(Gpu, ACacheThatCannotBeWrittenIsNoError) {
+  setenv("XDG_CACHE_HOME", "/proc/nowhere", 1);
+  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(compilations(), 1);
+}
+
+TEST_F(Gpu, TheCacheKeepsEightFiles) {
+  for (int version = 0; version < 10; ++version) {
+    fail("version=" + std::to_string(12000 + 10 * version));
+    EXPECT_EQ(compilations(), 1);
+  }
+  EXPECT_EQ(cached().size(), 8U);
+}
+
 TEST_F(Gpu, LackOfMemoryIsReportedWithFigures) {
   fail("memory=8192");
   expect_message("no room for 0 MiB (0 of its 0 MiB are free): out of memory (CUDA_ERROR_OUT_OF_MEMORY)");
@@ -128,6 +185,60 @@ TEST_F(Gpu, ALostDeviceCostsUnfinishedWavesOnly) {
   Result<RenderOutcome> rest = render(*world_, gpu_camera(), here, nullptr, nullptr, {.resume_from = std::move(saved)});
   ASSERT_TRUE(rest.ok());
   expect_same_bits(rest.value().film, whole, "a GPU that was lost");
+}
+
+// A render with DeviceKind::automatic, and what the CPU renders.
+class AutomaticDevice : public Gpu {
+ protected:
+  static RenderSettings automatic() {
+    RenderSettings here = settings(3);
+    here.device = DeviceKind::automatic;
+    return here;
+  }
+  // Renders; the image must be that of the CPU. Returns the device.
+  DeviceUse render_anywhere(RenderSettings here, const World& world) {
+    Result<RenderOutcome> found = render(world, gpu_camera(), here, nullptr, nullptr);
+    here.device = DeviceKind::cpu;
+    const Result<RenderOutcome> expected = render(world, gpu_camera(), here, nullptr, nullptr);
+    EXPECT_TRUE(found.ok() && expected.ok());
+    if (!found.ok() || !expected.ok()) return {};
+    expect_same_bits(found.value().film, expected.value().film, "a device chosen by itself");
+    return found.value().statistics.device;
+  }
+};
+
+TEST_F(AutomaticDevice, TakesTheGpu) {
+  const DeviceUse use = render_anywhere(automatic(), *world_);
+  EXPECT_EQ(use.name, "Fake GPU");
+  EXPECT_GT(use.scene_bytes, 0U);
+  EXPECT_EQ(use.why_cpu, "");
+}
+
+TEST_F(AutomaticDevice, TakesTheCpuWhereNoGpuCanBeOpened) {
+  fail("devices=0");
+  const DeviceUse use = render_anywhere(automatic(), *world_);
+  EXPECT_EQ(use.name, "cpu");
+  EXPECT_EQ(use.why_cpu, "no GPU: NVIDIA's driver knows none that can render");
+}
+
+TEST_F(AutomaticDevice, TakesTheCpuIfTheSceneHasNoRoom) {
+  fail("memory=8192");
+  const DeviceUse use = render_anywhere(automatic(), *world_);
+  EXPECT_EQ(use.name, "cpu");
+  EXPECT_EQ(use.scene_bytes, 0U);
+  EXPECT_NE(use.why_cpu.find("no room for"), std::string::npos) << use.why_cpu;
+  EXPECT_EQ(use.why_cpu.find("--device"), std::string::npos) << use.why_cpu;
+}
+
+TEST_F(AutomaticDevice, TakesTheCpuForWhatDevicesDoNotHave) {
+  RenderSettings nearest = automatic();
+  nearest.aovs.insert(Aov::depth_nearest);
+  EXPECT_NE(render_anywhere(nearest, *world_).why_cpu.find("--aov depth_nearest"), std::string::npos);
+  RenderSettings grouped = automatic();
+  grouped.integrator.light_groups = LightGrouping::kind;
+  EXPECT_NE(render_anywhere(grouped, *world_).why_cpu.find("--light-groups"), std::string::npos);
+  const std::unique_ptr<const World> embree = mixed_world(accel::Kind::embree);
+  EXPECT_NE(render_anywhere(automatic(), *embree).why_cpu.find("kd-tree"), std::string::npos);
 }
 
 } // namespace

@@ -34,6 +34,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["seed"] = r.seed;
   json["threads"] = s.threads;
   json["device"] = {{"name", s.device.name}, {"scene_bytes", s.device.scene_bytes}};
+  if (!s.device.why_cpu.empty()) json["device"]["why_cpu"] = s.device.why_cpu;
   json["integrator"] = r.integrator;
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;

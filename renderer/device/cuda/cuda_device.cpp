@@ -4,9 +4,13 @@
 
 #include "renderer/device/cuda/driver.h"
 #include "renderer/device/cuda/gpu_kernels.h"
+#include "renderer/device/cuda/kernel_cache.h"
 
 #include <array>
 #include <cassert>
+#include <filesystem>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -39,8 +43,8 @@ class CudaDevice final : public Device {
     driver_.release_context(number_);
   }
 
-  // Throws DeviceError.
-  void start();
+  // `capability`: 10 major + minor. Throws DeviceError.
+  void start(int capability);
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] std::byte* allocate(size_t bytes) override;
@@ -72,7 +76,8 @@ class CudaDevice final : public Device {
   void check(cuda::Status status, const char* doing) const {
     if (status != 0) throw DeviceError(name_ + ": " + doing + " failed: " + driver_.words_for(status));
   }
-  void load_kernels();
+  void load_kernels(int capability);
+  [[nodiscard]] std::vector<char> compile_kernels();
 
   cuda::Driver driver_;
   cuda::DeviceNumber number_;
@@ -83,23 +88,45 @@ class CudaDevice final : public Device {
   cuda::Address argument_ = 0; // kArgumentBytes of the GPU's memory
 };
 
-void CudaDevice::start() {
+void CudaDevice::start(int capability) {
   check(driver_.retain_context(&context_, number_), "starting it");
   use();
-  load_kernels();
+  load_kernels(capability);
   check(driver_.allocate(&argument_, kArgumentBytes), "allocating memory");
 }
 
-void CudaDevice::load_kernels() {
+// Returns the machine code for this GPU.
+std::vector<char> CudaDevice::compile_kernels() {
   std::array<char, 1024> log{};
   std::array<int, 2> options{cuda::kJitErrorLog, cuda::kJitErrorLogBytes};
   std::array<void*, 2> values{log.data(), reinterpret_cast<void*>(log.size())};
-  const cuda::Status status = driver_.load_module(&module_, gpu_kernels().data(), static_cast<unsigned>(options.size()),
-                                                  options.data(), values.data());
-  if (status != 0) {
-    std::string reason = driver_.words_for(status);
-    if (log[0] != '\0') reason += ": " + std::string(log.data(), std::string_view(log.data()).find('\n'));
-    throw DeviceError(name_ + ": compiling the kernels failed: " + reason);
+  const std::string_view ptx = gpu_kernels();
+  cuda::Link link = nullptr;
+  check(driver_.begin_link(static_cast<unsigned>(options.size()), options.data(), values.data(), &link),
+        "compiling the kernels");
+  void* code = nullptr; // belongs to the link
+  size_t bytes = 0;
+  cuda::Status status = driver_.add_to_link(link, cuda::kPtxInput, const_cast<char*>(ptx.data()), ptx.size() + 1,
+                                            "kernels.ptx", 0, nullptr, nullptr);
+  if (status == 0) status = driver_.finish_link(link, &code, &bytes);
+  std::vector<char> compiled;
+  if (status == 0) compiled.assign(static_cast<const char*>(code), static_cast<const char*>(code) + bytes);
+  driver_.end_link(link);
+  if (status == 0) return compiled;
+  std::string reason = driver_.words_for(status);
+  if (log[0] != '\0') reason += ": " + std::string(log.data(), std::string_view(log.data()).find('\n'));
+  throw DeviceError(name_ + ": compiling the kernels failed: " + reason);
+}
+
+void CudaDevice::load_kernels(int capability) {
+  int version = 0;
+  check(driver_.driver_version(&version), "asking for its driver's version");
+  const std::filesystem::path file = kernel_cache_file(gpu_kernels(), capability, version);
+  std::vector<char> code = read_cached_kernels(file);
+  if (code.empty() || driver_.load_module(&module_, code.data()) != 0) { // a damaged file is replaced
+    code = compile_kernels();
+    check(driver_.load_module(&module_, code.data()), "loading the kernels");
+    cache_kernels(file, code);
   }
   for (size_t i = 0; i < kKernelCount; ++i) check(driver_.function(&kernels_[i], module_, kEntries[i]), kEntries[i]);
 }
@@ -161,7 +188,7 @@ Result<std::unique_ptr<Device>> open_cuda_device() {
     }
     auto device = std::make_unique<CudaDevice>(driver, number, name.data());
     try {
-      device->start();
+      device->start(10 * major + minor);
     } catch (const DeviceError& error) {
       return failure(error.what());
     }

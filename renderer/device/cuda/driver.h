@@ -20,12 +20,15 @@ using Context = void*;
 using Module = void*;
 using Function = void*;
 using Stream = void*;
+using Link = void*;                 // CUlinkState
 using Address = unsigned long long; // CUdeviceptr
 
 // Values of CUdevice_attribute.
 inline constexpr int kMajorCapability = 75, kMinorCapability = 76;
 // Values of CUjit_option.
 inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
+// A value of CUjitInputType.
+inline constexpr int kPtxInput = 1;
 
 // KINDLING_CUDA_FUNCTIONS(FUNCTION): FUNCTION(member, "name in the library", parameters).
 #define KINDLING_CUDA_FUNCTIONS(FUNCTION)                                                                              \
@@ -44,8 +47,13 @@ inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
   FUNCTION(upload, "cuMemcpyHtoD_v2", (Address to, const void* from, size_t bytes))                                    \
   FUNCTION(download, "cuMemcpyDtoH_v2", (void* to, Address from, size_t bytes))                                        \
   FUNCTION(fill, "cuMemsetD8_v2", (Address to, unsigned char value, size_t bytes))                                     \
-  FUNCTION(load_module, "cuModuleLoadDataEx",                                                                          \
-           (Module * module, const void* image, unsigned option_count, int* options, void** values))                   \
+  FUNCTION(begin_link, "cuLinkCreate_v2", (unsigned option_count, int* options, void** values, Link* link))            \
+  FUNCTION(add_to_link, "cuLinkAddData_v2",                                                                            \
+           (Link link, int type, void* data, size_t bytes, const char* name, unsigned option_count, int* options,      \
+            void** values))                                                                                            \
+  FUNCTION(finish_link, "cuLinkComplete", (Link link, void** code, size_t* bytes))                                     \
+  FUNCTION(end_link, "cuLinkDestroy", (Link link))                                                                     \
+  FUNCTION(load_module, "cuModuleLoadData", (Module * module, const void* image))                                      \
   FUNCTION(unload_module, "cuModuleUnload", (Module module))                                                           \
   FUNCTION(function, "cuModuleGetFunction", (Function * function, Module module, const char* name))                    \
   FUNCTION(launch, "cuLaunchKernel",                                                                                   \

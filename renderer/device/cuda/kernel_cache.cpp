@@ -1,0 +1,76 @@
+// Names, reads and writes files of compiled kernels.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/device/cuda/kernel_cache.h"
+
+#include "renderer/image/atomic_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMaxFiles = 8;
+
+// The "XDG Base Directory Specification": paths that are not absolute are ignored.
+fs::path cache_folder() {
+  const char* const chosen = std::getenv("XDG_CACHE_HOME");
+  if (chosen != nullptr && *chosen == '/') return chosen;
+  const char* const home = std::getenv("HOME");
+  return home != nullptr && *home == '/' ? fs::path(home) / ".cache" : fs::path();
+}
+
+// FNV-1a.
+uint64_t hash_of(std::string_view text) {
+  uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return hash;
+}
+
+void remove_oldest(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".cubin") files.emplace_back(entry.last_write_time(ignored), entry.path());
+  std::sort(files.begin(), files.end());
+  for (size_t i = 0; i + kMaxFiles < files.size(); ++i) fs::remove(files[i].second, ignored);
+}
+
+} // namespace
+
+fs::path kernel_cache_file(std::string_view ptx, int capability, int driver_version) {
+  const fs::path folder = cache_folder();
+  if (folder.empty()) return {};
+  std::array<char, 96> name{};
+  std::snprintf(name.data(), name.size(), "sm_%d-cuda_%d-%016llx.cubin", capability, driver_version,
+                static_cast<unsigned long long>(hash_of(ptx)));
+  return folder / "kindling" / "kernels" / name.data();
+}
+
+std::vector<char> read_cached_kernels(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (file.empty() || !stream) return {};
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+void cache_kernels(const fs::path& file, std::span<const char> code) {
+  if (file.empty()) return;
+  std::error_code failed;
+  fs::create_directories(file.parent_path(), failed);
+  if (failed) return;
+  Result<AtomicFile> written = AtomicFile::create(file);
+  if (!written) return;
+  written.value().write(code.data(), code.size());
+  if (written.value().commit().ok()) remove_oldest(file.parent_path());
+}
+
+} // namespace kindling

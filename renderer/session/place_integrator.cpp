@@ -1,0 +1,88 @@
+// Opens devices, and makes integrators that run on them or on the CPU.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/place_integrator.h"
+
+#include "renderer/device/device_integrator.h"
+#include "renderer/device/make_device.h"
+#include "renderer/device/scene_on_device.h"
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/stages/first_hit.h"
+#include "renderer/integrator/whitted_shader.h"
+#include "renderer/light/per_light_sampling.h"
+#include "renderer/session/check_settings.h"
+
+#include <string_view>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+// Returns a message of a GPU without its advice to use the CPU, which is what happens.
+std::string reason_of(std::string_view message) {
+  return std::string(message.substr(0, message.find("; use --device cpu")));
+}
+
+Result<std::unique_ptr<Device>> open_checked(DeviceKind kind, const World& world, int threads) {
+  if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
+  return open_device(kind, threads);
+}
+
+PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const RenderSettings& settings,
+                              const Guide* guide, std::string why_cpu) {
+  PlacedIntegrator placed;
+  placed.integrator = make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter,
+                                      settings.aovs, guide, settings.names.get());
+  placed.use.why_cpu = std::move(why_cpu);
+  return placed;
+}
+
+PlacedIntegrator place_on(std::unique_ptr<Device> device, const World& world, const Camera& camera,
+                          const RenderSettings& settings, const Guide* guide) {
+  const Sampler sampler = make_sampler(settings);
+  const PerLightSampling lights(world.light_set());
+  const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
+  const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
+  const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
+  auto integrator = std::make_unique<DeviceIntegrator>(
+      *device, settings.integrator,
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter}, settings.aovs);
+  DeviceUse use{device->name(), integrator->scene_bytes(), {}};
+  return {std::move(device), std::move(integrator), std::move(use)};
+}
+
+} // namespace
+
+Sampler make_sampler(const RenderSettings& settings) {
+  return Sampler(settings.seed, settings.sampler, settings.planned());
+}
+
+Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings,
+                                 int threads) {
+  if (settings.device == DeviceKind::cpu) return OpenedDevice{};
+  if (settings.device != DeviceKind::automatic) {
+    Result<std::unique_ptr<Device>> device = open_checked(settings.device, world, threads);
+    if (!device) return device.error();
+    return OpenedDevice{std::move(device).value(), {}};
+  }
+  RenderSettings on_gpu = settings;
+  on_gpu.device = DeviceKind::gpu;
+  if (const Result<void> checked = check_settings(on_gpu, camera); !checked)
+    return OpenedDevice{nullptr, reason_of(checked.error().message)};
+  Result<std::unique_ptr<Device>> device = open_checked(DeviceKind::gpu, world, threads);
+  if (!device) return OpenedDevice{nullptr, reason_of(device.error().message)};
+  return OpenedDevice{std::move(device).value(), {}};
+}
+
+PlacedIntegrator place_integrator(OpenedDevice opened, const World& world, const Camera& camera,
+                                  const RenderSettings& settings, const Guide* guide) {
+  if (!opened.device) return place_on_cpu(world, camera, settings, guide, std::move(opened.why_cpu));
+  if (settings.device != DeviceKind::automatic)
+    return place_on(std::move(opened.device), world, camera, settings, guide);
+  try {
+    return place_on(std::move(opened.device), world, camera, settings, guide);
+  } catch (const DeviceError& error) {
+    return place_on_cpu(world, camera, settings, guide, reason_of(error.what()));
+  }
+}
+
+} // namespace kindling

@@ -1,0 +1,43 @@
+// The integrator of a render, and the device that it runs on.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/result.h"
+#include "renderer/camera/camera.h"
+#include "renderer/device/device.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/session/render_session.h"
+#include "renderer/world/world.h"
+
+#include <memory>
+#include <string>
+
+namespace kindling {
+
+[[nodiscard]] Sampler make_sampler(const RenderSettings& settings);
+
+// `device` is null for the CPU; with DeviceKind::automatic `why_cpu` then tells the reason in words.
+struct OpenedDevice {
+  std::unique_ptr<Device> device;
+  std::string why_cpu;
+};
+
+// Opens the device of a render whose settings have passed check_settings(). DeviceKind::automatic
+// takes the GPU if it can be opened and renders the world with these settings, else the CPU. Fails
+// on what the device that is asked for cannot do (usage), and if it cannot be opened
+// (render_failed). `threads`: at least 1.
+[[nodiscard]] Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings,
+                                               int threads);
+
+struct PlacedIntegrator {
+  std::unique_ptr<Device> device; // null for the CPU
+  std::unique_ptr<Integrator> integrator;
+  DeviceUse use;
+};
+
+// Throws DeviceError if the device has no room for the scene; DeviceKind::automatic takes the CPU
+// then.
+[[nodiscard]] PlacedIntegrator place_integrator(OpenedDevice opened, const World& world, const Camera& camera,
+                                                const RenderSettings& settings, const Guide* guide);
+
+} // namespace kindling
