@@ -16,7 +16,8 @@ namespace kindling {
 
 [[nodiscard]] Sampler make_sampler(const RenderSettings& settings);
 
-// `device` is null for the CPU; with DeviceKind::automatic `why_cpu` then tells the reason in words.
+// `device` is null for the CPU; with DeviceKind::automatic `why_cpu` then tells the reason in
+// words.
 struct OpenedDevice {
   std::unique_ptr<Device> device;
   std::string why_cpu;

@@ -38,6 +38,8 @@ STACK_BYTES = {
     "kindling_finish_tree_pixel": 128,
     "kindling_show_first_hit": 6656,
     "kindling_finish_first_hit_pixel": 128,
+    "kindling_nearest_hit": 1024,
+    "kindling_any_hit": 1024,
 }
 # Registers of kernels that have few; others take all 255 of a thread.
 REGISTERS = {
@@ -49,9 +51,11 @@ REGISTERS = {
     "kindling_take_node": 32,
     "kindling_finish_tree_pixel": 96,
     "kindling_finish_first_hit_pixel": 96,
+    "kindling_nearest_hit": 128,
+    "kindling_any_hit": 128,
 }
 # Functions into which the triangle test is compiled, by their names.
-TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:intersect|trace_shadow)_opaque$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
 CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
 
 

@@ -230,7 +230,7 @@ TEST_F(AutomaticDevice, TakesTheCpuIfTheSceneHasNoRoom) {
   EXPECT_EQ(use.why_cpu.find("--device"), std::string::npos) << use.why_cpu;
 }
 
-TEST_F(AutomaticDevice, TakesTheCpuForWhatDevicesDoNotHave) {
+TEST_F(AutomaticDevice, TakesTheCpuForPassesThatDevicesLack) {
   RenderSettings nearest = automatic();
   nearest.aovs.insert(Aov::depth_nearest);
   EXPECT_NE(render_anywhere(nearest, *world_).why_cpu.find("--aov depth_nearest"), std::string::npos);

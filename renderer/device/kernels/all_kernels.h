@@ -5,4 +5,5 @@
 #include "renderer/device/kernels/first_hit_kernels.h" // IWYU pragma: export
 #include "renderer/device/kernels/kernel_list.h"       // IWYU pragma: export
 #include "renderer/device/kernels/path_kernels.h"      // IWYU pragma: export
+#include "renderer/device/kernels/ray_batch.h"         // IWYU pragma: export
 #include "renderer/device/kernels/tree_kernels.h"      // IWYU pragma: export

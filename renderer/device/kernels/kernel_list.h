@@ -11,6 +11,7 @@ namespace kindling {
 struct FirstHitWave;
 struct PathWave;
 struct TreeWave;
+struct RayBatch;
 
 // KERNEL(name, argument): the function kernels::name(const argument&, uint32_t number).
 #define KINDLING_KERNELS(KERNEL)                                                                                       \
@@ -26,7 +27,9 @@ struct TreeWave;
   KERNEL(trace_node, TreeWave)                                                                                         \
   KERNEL(finish_tree_pixel, TreeWave)                                                                                  \
   KERNEL(show_first_hit, FirstHitWave)                                                                                 \
-  KERNEL(finish_first_hit_pixel, FirstHitWave)
+  KERNEL(finish_first_hit_pixel, FirstHitWave)                                                                         \
+  KERNEL(nearest_hit, RayBatch)                                                                                        \
+  KERNEL(any_hit, RayBatch)
 
 enum class Kernel : uint8_t {
 #define KINDLING_KERNEL_NAME(name, argument) name,
