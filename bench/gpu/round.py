@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""Compares images of a GPU with the CPU's to the bit, and its times; round.sh runs it.
+
+usage: round.py --out FOLDER [--program KINDLING] [--device NAME] [--parts NAME,...] [--seconds N] [--size WxH] [--spp N]
+                [--rounds N]
+       round.py --collect FOLDER TO       copies the scenes of FOLDER/scenes.json, with environments, into TO
+--parts: of machine, start, split, speed, images, bits (all, in this order). --seconds: no new measurement begins after that time."""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import json
+import os
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests" / "device")]
+import renderers  # noqa: E402
+import same_images  # noqa: E402
+
+PARTS = ("machine", "start", "split", "speed", "images", "bits")
+SIZES = ("64x48", "161x97", "320x180")
+AOVS = "alpha,albedo,normal,depth,position,emission,direct,indirect,variance,samples,denoising_albedo,denoising_normal"
+
+
+def collect(folder, to):
+    """Copies a folder of measured scenes; environments lie beside them then."""
+    entries = json.loads((folder / "scenes.json").read_text(encoding="utf-8"))
+    table = to / "scenes.json"
+    known = json.loads(table.read_text(encoding="utf-8")) if table.is_file() else {}
+    for job in renderers.load_jobs([folder]):
+        entry = {name: value for name, value in entries[job.name].items() if name != "ref"}
+        if job.environment:
+            entry["hdr"] = job.environment.name
+            shutil.copy(job.environment, to)
+        shutil.copy(job.scene, to)
+        known[job.name] = entry
+    table.write_text(json.dumps(known, indent=1), encoding="utf-8")
+
+
+class Round:
+    """One round: what was found so far, and the time that is left."""
+
+    def __init__(self, options):
+        self.options = options
+        self.program = options.program
+        self.ends = time.monotonic() + options.seconds
+        self.found = {}
+        self.folder = Path(tempfile.mkdtemp(prefix="kindling_round_"))
+
+    def is_over(self):
+        return time.monotonic() > self.ends
+
+    def run(self, *arguments, environment=None):
+        """The seconds that the program took, and its error output; exits if it fails."""
+        started = time.perf_counter()
+        result = subprocess.run([self.program, *map(str, arguments)], check=False, capture_output=True, text=True,
+                                env=dict(os.environ, **(environment or {})))
+        seconds = time.perf_counter() - started
+        if result.returncode != 0:
+            raise RuntimeError(f"kindling {' '.join(map(str, arguments))}: exit code {result.returncode}: {result.stderr.strip()}")
+        return seconds, result.stderr
+
+    def render(self, job, name, *flags, device, spp, size=None):
+        """Renders to FOLDER/NAME.exr; returns the image and its statistics."""
+        image, stats = self.folder / f"{name}.exr", self.folder / f"{name}.json"
+        command = renderers.kindling_command(self.program, job, spp, 0, image, flags)[1:]
+        if size:
+            command[command.index("--size") + 1] = size
+        command[command.index("--threads") + 1] = flags[flags.index("--threads") + 1] if "--threads" in flags else 0
+        self.run(*command, "--device", device, "--stats", stats, "--quiet")
+        return image, json.loads(stats.read_text(encoding="utf-8"))
+
+
+def machine(the_round):
+    """Processor, GPU, driver and program."""
+    processor = next((line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")),
+                     platform.machine())
+    try:
+        gpu = subprocess.run(["nvidia-smi", "--query-gpu=name,driver_version,memory.total", "--format=csv,noheader"], check=True,
+                             capture_output=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        gpu = "nvidia-smi names none"
+    version = subprocess.run([the_round.program, "--version"], check=True, capture_output=True, text=True).stdout.splitlines()[0]
+    return {"processor": processor, "threads": os.cpu_count(), "gpu": gpu, "program": version}
+
+
+def start(the_round):
+    """Seconds of a render of one sample: with an empty cache of kernels, and again."""
+    scene = ROOT / "scenes" / "cornell_box.glb"
+    cache = {"XDG_CACHE_HOME": str(the_round.folder / "cache"), "CUDA_CACHE_DISABLE": "1"}
+    arguments = ("render", scene, "--size", "64x64", "--spp", 1, "-o", the_round.folder / "start.png", "--quiet", "--device")
+    names = ("kernels compiled", "kernels from the cache", "again")
+    return {name: the_round.run(*arguments, the_round.options.device, environment=cache)[0] for name in names} | {
+        "CPU": the_round.run(*arguments, "cpu")[0]}
+
+
+def split(the_round):
+    """Whether a frame that two devices share is that of one: parts that are merged, and a checkpoint that moves."""
+    device, scene = the_round.options.device, ROOT / "scenes" / "interior.glb"
+    common = ("--size", "160x90", "--exr-float", "--quiet")
+    where = the_round.folder
+    the_round.run("render", scene, *common, "--spp", 16, "-o", where / "whole.exr", "--device", "cpu")
+    whole = same_images.pixels_of(where / "whole.exr")
+    for number, part_device in enumerate(("cpu", device), 1):
+        the_round.run("render", scene, *common, "--spp", 16, "--part", f"{number}/2", "-o", where / f"part_{number}.kacc", "--device", part_device)
+    the_round.run("merge", where / "part_1.kacc", where / "part_2.kacc", "-o", where / "merged.exr", "--exr-float", "--quiet")
+    answers = {"half by the CPU, half by the device": same_images.pixels_of(where / "merged.exr") == whole}
+
+    def resumed(first, second):
+        saved = where / f"{first}_{second}.kacc"
+        the_round.run("render", scene, *common, "--spp", 8, "--checkpoint", saved, "-o", where / "resumed.exr", "--device", first)
+        the_round.run("resume", saved, "--spp", 16, "--device", second, "--quiet")
+        return same_images.pixels_of(where / "resumed.exr")
+
+    expected = resumed("cpu", "cpu")
+    for first, second in (("cpu", device), (device, "cpu")):
+        answers[f"begun by {first}, ended by {second}"] = resumed(first, second) == expected
+    return answers
+
+
+def speed(the_round):
+    """Million samples per second of the render phase: medians of rounds in turn."""
+    options = the_round.options
+    contestants = {options.device: (options.device, 0, options.spp), "CPU, all threads": ("cpu", 0, max(1, options.spp // 8)),
+                   "CPU, two threads": ("cpu", 2, max(1, options.spp // 32))}
+    rates, table = {}, {}
+    for job in measured_jobs():
+        for _ in range(options.rounds):
+            for name, (device, threads, spp) in contestants.items():
+                if the_round.is_over():
+                    return table
+                _, stats = the_round.render(job, "speed", "--threads", threads, device=device, spp=spp, size=options.size)
+                width, height = map(int, options.size.split("x"))
+                rates.setdefault((job.name, name), []).append(width * height * spp / stats["phases"]["render"] * 1e-6)
+        table[job.name] = {name: statistics.median(rates[job.name, name]) for name in contestants}
+    return table
+
+
+def images(the_round):
+    """Renders each measured scene for the eye."""
+    count = 0
+    with tarfile.open(the_round.options.out / "images.tar", "w") as archive:
+        for job in measured_jobs():
+            if the_round.is_over():
+                break
+            image = the_round.folder / f"{job.name}.png"
+            command = renderers.kindling_command(the_round.program, job, the_round.options.spp, 0, image)[1:]
+            the_round.run(*command, "--device", the_round.options.device, "--quiet")
+            archive.add(image, image.name)
+            count += 1
+    return {"images": count}
+
+
+def bits(the_round):
+    """Images whose pixels differ from those of the CPU, with all layers, in three sizes."""
+    jobs = measured_jobs() + [renderers.Job(str(scene.relative_to(ROOT / "scenes")), scene, (320, 180), 8)
+                              for scene in same_images.scenes_in(ROOT / "scenes")]
+    compared, different = 0, []
+    for job in jobs:
+        for size in SIZES:
+            if the_round.is_over():
+                return {"compared": compared, "different": different, "ended early before": job.name}
+            flags = ("--aov", AOVS)
+            pixels = [same_images.pixels_of(the_round.render(job, device, *flags, device=device, spp=4, size=size)[0])
+                      for device in ("cpu", the_round.options.device)]
+            compared += 1
+            if pixels[0] != pixels[1]:
+                different.append(f"{job.name} {size}")
+    return {"compared": compared, "different": different}
+
+
+def measured_jobs():
+    folder = ROOT / "measured"
+    return renderers.load_jobs([folder]) if (folder / "scenes.json").is_file() else []
+
+
+def markdown(found, device):
+    """The round as a page."""
+    lines = [f"# A round of `--device {device}`", ""]
+    for part, result in found.items():
+        lines += [f"## {part}", ""]
+        if part == "speed" and result:
+            names = list(next(iter(result.values())))
+            ratios = [f"{names[0]} / {name}" for name in names[1:]]
+            lines += ["Million samples per second.", "", f"| scene | {' | '.join(names + ratios)} |", "|---" * (1 + len(names) + len(ratios)) + "|"]
+            for scene, rates in result.items():
+                values = [f"{rates[name]:.2f}" for name in names] + [f"{rates[names[0]] / rates[name]:.1f}" for name in names[1:]]
+                lines.append(f"| {scene} | {' | '.join(values)} |")
+        else:
+            lines += [f"- {name}: {f'{value:.2f} s' if isinstance(value, float) else value}" for name, value in result.items()]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(usage=__doc__)
+    parser.add_argument("--collect", nargs=2, type=Path)
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--program", type=Path, default=renderers.KINDLING)
+    parser.add_argument("--device", default="gpu")
+    parser.add_argument("--parts", default=",".join(PARTS))
+    parser.add_argument("--seconds", type=float, default=540.0)
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    if not options.collect and not options.out:
+        parser.error("--out is missing")
+    if unknown := set(options.parts.split(",")) - set(PARTS):
+        parser.error(f"--parts {', '.join(sorted(unknown))}: use some of {', '.join(PARTS)}")
+    return options
+
+
+def main():
+    options = arguments()
+    if options.collect:
+        collect(*options.collect)
+        return 0
+    options.out.mkdir(parents=True, exist_ok=True)
+    the_round = Round(options)
+    failed = False
+    for part in options.parts.split(","):
+        try:
+            the_round.found[part] = globals()[part](the_round)
+        except RuntimeError as error:  # the other parts may still tell something
+            the_round.found[part] = {"failed": str(error)}
+            failed = True
+        page = markdown(the_round.found, options.device)
+        (options.out / "round.md").write_text(page, encoding="utf-8")
+        (options.out / "round.json").write_text(json.dumps(the_round.found, indent=1), encoding="utf-8")
+    print(page)
+    shutil.rmtree(the_round.folder)
+    failed = failed or bool(the_round.found.get("bits", {}).get("different")) or False in the_round.found.get("split", {}).values()
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
