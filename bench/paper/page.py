@@ -59,6 +59,7 @@ def seconds(value):
 
 def times_table(figures):
     rows = []
+    devices = sorted({render["device"]["name"] for figure in figures for scene in figure["scenes"] for render in scene["renders"] if render["device"]})
     for figure in figures:
         for scene in figure["scenes"]:
             name = figure["number"] + (f", {scene['caption']}" if scene["caption"] else "")
@@ -66,8 +67,15 @@ def times_table(figures):
                 then = "" if number else scene["then"]
                 size = "{0[0]} x {0[1]}".format(render["size_px"])
                 rows.append([f'<a href="#figure-{figure["number"]}">{name}</a>', f'<span class="then">{then}</span>', html.escape(render["name"]), size,
-                             f'{render["spp"]:g}', seconds(render["one_core_s"]), seconds(render["all_cores_s"]), f'{render["rays_per_s"] / 1e6:.2f}'])
-    return "<h2>Times</h2>\n" + table(["figure", "the paper", "here", "pixels", "samples", "one core, s", "all cores, s", "million rays/s"], rows)
+                             f'{render["spp"]:g}', seconds(render["one_core_s"]), seconds(render["all_cores_s"]), f'{render["rays_per_s"] / 1e6:.2f}',
+                             *device_cells(render["device"], devices)])
+    head = ["figure", "the paper", "here", "pixels", "samples", "one core, s", "all cores, s", "million rays/s", *(f"{html.escape(name)}, s" for name in devices)]
+    return "<h2>Times</h2>\n" + table(head, rows)
+
+
+def device_cells(device, names):
+    """The time of a render on each of the devices; images that are not those of the CPU are marked."""
+    return ["" if device is None or device["name"] != name else seconds(device["render_s"]) + ("" if device["same"] else " (another image)") for name in names]
 
 
 def figure_section(figure):

@@ -4,6 +4,7 @@
     bench/paper/run.py                                    # out/paper.html, images at the paper's sizes
     bench/paper/run.py --figures 5,7 --scale 2 --out big.html
     bench/paper/run.py --parts tracers,cores --repeat 9
+    bench/paper/run.py --figures 9,10,11,12,13,14,15,16 --device gpu     # the images of the paper's GPU, by one
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -49,7 +50,9 @@ def main():
     data = arguments.out.with_suffix(".json")
     data.write_text(json.dumps(result, indent=1, default=lambda value: None if isinstance(value, bytes) else vars(value)) + "\n", encoding="utf-8")
     bench.say(f"{arguments.out} ({arguments.out.stat().st_size / 1e6:.1f} MB), figures in {data}")
-    return 1 if "processes" in result and not result["processes"]["same"] else 0
+    renders = [render for figure in result.get("figures", ()) for scene in figure["scenes"] for render in scene["renders"]]
+    same = all(render["device"]["same"] for render in renders if render["device"])
+    return 0 if same and result.get("processes", {"same": True})["same"] else 1
 
 
 def parse_arguments():
@@ -63,6 +66,7 @@ def parse_arguments():
     parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="kind of times; cpu: for busy machines, on one core only (wall)")
     parser.add_argument("--quick", action="store_true", help="small images, few samples, few depths, one round: a test of the script")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
+    parser.add_argument("--device", help="also render the figures there, as kindling render --device does: times, and whether the images are the same")
     parser.add_argument("--flag", action="append", default=[], help="passed to every render, e.g. --flag=--accel=embree")
     parser.add_argument("--images", type=Path, metavar="FOLDER", help="also write the figures' images there, as WebP")
     parser.add_argument("--sheet", type=Path, metavar="FILE.webp", help="also lay the last image of each scene on one sheet")
@@ -133,14 +137,21 @@ def render_way(bench, arguments, figure, scene, way):
         one = bench.render(scene, size, part, way.flags, threads=1)
         one_core_s, all_cores_s = one.render_s * spp / part, result.render_s
     rgb = fidelity_images.read(result.image).rgb
+    device = on_device(bench, arguments.device, scene, size, spp, way, rgb) if arguments.device else None
     encoded = tracers.encode(rgb, IMAGE_QUALITY)
     if arguments.images:
         arguments.images.mkdir(parents=True, exist_ok=True)
         kind = "path" if "path" in way.flags else "whitted"
         (arguments.images / f"{scene}_{kind}{'_1' if spp == 1 else ''}.webp").write_bytes(encoded)
-    return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
+    return {"name": way.name, "spp": result.stats["spp_mean"], "size_px": size, "device": device, "all_cores_s": all_cores_s, "one_core_s": one_core_s,
             "rays_per_s": result.stats["rays"]["total"] / (all_cores_s or one_core_s), "image": encoded, "thumbnail": tracers.encode(thumbnail(rgb), IMAGE_QUALITY), "command": result.command,
             "warnings": result.warnings}
+
+
+def on_device(bench, device, scene, size, spp, way, expected):
+    """Renders the image on a device too."""
+    result = bench.render(scene, size, spp, [*way.flags, "--device", device])
+    return {"name": result.stats["device"]["name"], "render_s": result.render_s, "same": bool((fidelity_images.read(result.image).rgb == expected).all())}
 
 
 def thumbnail(rgb):

@@ -74,7 +74,7 @@ class Regions(unittest.TestCase):
 class Page(unittest.TestCase):
     def result(self):
         saving = (0.1, 0.2, 0.3)
-        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "image": b"WEBP", "thumbnail": b"small",
+        render = {"name": "path <traced>", "spp": 4, "size_px": (30, 24), "one_core_s": 2.0, "all_cores_s": 1.0, "rays_per_s": 1e6, "device": {"name": "A <GPU>", "render_s": 0.05, "same": True}, "image": b"WEBP", "thumbnail": b"small",
                   "command": ["kindling", "render"], "warnings": ["warning: a & b"]}
         figure = {"number": "5", "title": "Depth", "paper": "What.", "machine": "A <machine>", "size_stated": False, "shown_px": 300,
                   "scenes": [{"caption": "", "then": "35.616 s", "renders": [render]}]}
@@ -107,6 +107,15 @@ class Page(unittest.TestCase):
         self.assertNotIn("<svg", text)
         self.assertIn("figure-5", text)
 
+    def test_devices_have_a_column_each(self):
+        figures_on_gpu = self.result()["figures"]
+        self.assertIn("<th>A &lt;GPU&gt;, s</th>", page.times_table(figures_on_gpu))
+        self.assertIn("<td>0.050</td></tr>", page.times_table(figures_on_gpu))
+        figures_on_gpu[0]["scenes"][0]["renders"][0]["device"]["same"] = False
+        self.assertIn("<td>0.050 (another image)</td>", page.times_table(figures_on_gpu))
+        figures_on_gpu[0]["scenes"][0]["renders"][0]["device"] = None
+        self.assertNotIn("GPU", page.times_table(figures_on_gpu))
+
     def test_plot_of_whole_numbers(self):
         svg = plots.plot("t", "trace depth", "percent", [("a", "#000", False, [(1, -10.0), (12, 50.0)])], False, False)
         circles = [(float(c.getAttribute("cx")), float(c.getAttribute("cy")))
@@ -125,7 +134,7 @@ class Program(unittest.TestCase):
     def test_quick_run_of_one_figure(self):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "page.html"
-            done = self.run_script("--quick", "--figures", "7", "--scale", "0.1", "--out", out)
+            done = self.run_script("--quick", "--figures", "7", "--scale", "0.1", "--device", "host", "--out", out)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("figure 7", done.stderr)
             text, data = out.read_text(), json.loads(out.with_suffix(".json").read_text())
@@ -133,6 +142,7 @@ class Program(unittest.TestCase):
         for render in data["figures"][0]["scenes"][0]["renders"]:
             self.assertEqual(render["size_px"], [30, 25])
             self.assertGreater(render["all_cores_s"], 0.0)
+            self.assertEqual((render["device"]["name"], render["device"]["same"]), ("host", True))
         self.assertIn("data:image/webp;base64,", text)
 
     def test_errors_list_accepted_values(self):
