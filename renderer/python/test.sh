@@ -24,7 +24,7 @@ bin=$folder/venv/bin
 "$bin/pip" -q wheel "$root/renderer/python" --no-deps -w "$folder/dist" -C cmake.define.KINDLING_ONLY_ACCEL=$only_accel \
   -C build-dir="$folder/build_$only_accel" # kept, for the next time
 "$bin/pip" -q install "$folder"/dist/kindling-*.whl
-"$bin/pip" -q install pytest mypy trimesh embreex scipy rtree networkx shapely manifold3d
+"$bin/pip" -q install pytest mypy trimesh embreex scipy rtree networkx shapely manifold3d matplotlib nbclient ipykernel
 # trimesh's tests come with its source.
 version=$("$bin/python" -c 'import trimesh; print(trimesh.__version__)')
 "$bin/pip" -q download "trimesh==$version" --no-deps --no-binary trimesh -d "$folder/trimesh"

@@ -98,7 +98,7 @@ def test_time_limit_and_cameras():
     (lambda: kindling.render(SCENE, spp=0), ValueError, "spp: 0, expected 1 to"),
     (lambda: kindling.render(SCENE, seed=-1), ValueError, "seed: -1"),
     (lambda: kindling.render(SCENE, time_limit=0), ValueError, "time_limit: 0, expected"),
-    (lambda: kindling.render(SCENE, aovs=["uv"], **SMALL), ValueError, "unknown layer 'uv'; use beauty, alpha"),
+    (lambda: kindling.render(SCENE, aovs=["none"], **SMALL), ValueError, "unknown layer 'none'; use beauty, alpha"),
     (lambda: kindling.render(SCENE, accelerator="bvh"), ValueError, "'bvh', expected"),
     (lambda: kindling.render(SCENE, sizes=(4, 4)), TypeError, "sizes"),
 ])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders glTF files to NumPy arrays, with the settings and the pixels of the command line."""
+"""Renders glTF files and scenes of arrays to NumPy arrays, with the pixels of the command line."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kindling._scene import Scene
 
 try:
     from kindling import _render
@@ -59,20 +61,22 @@ class Image:
 
 
 class Renderer:
-    """A glTF file that is rendered several times: what does not change between images is prepared once.
+    """A scene that is rendered several times: what does not change between images is prepared once.
 
-    env: file of an equirectangular environment; env_color: a constant one. scene, variant: names or numbers.
-    accelerator: "kdtree" or "embree". threads: 0 for all. progress: see render(). Raises ValueError for an invalid file
-    or setting, OSError if a file cannot be read; the messages are those of `kindling render`.
+    scene: a glTF file; its bytes, which refer to no other files; a kindling.Scene; or a trimesh.Trimesh or trimesh.Scene.
+    env: file of an equirectangular environment; env_color: a constant one. scene_name, variant: which scene of the file,
+    and which variant of its materials, by name or number. accelerator: "kdtree" or "embree". threads: 0 for all.
+    progress: see render(). Raises ValueError for an invalid scene or setting, OSError if a file cannot be read; the
+    messages are those of `kindling render`.
     """
 
     def __init__(
         self,
-        file: str | os.PathLike[str],
+        scene: Any,
         *,
         env: str | os.PathLike[str] = "",
         env_color: Triple | None = None,
-        scene: str = "",
+        scene_name: str = "",
         variant: str = "",
         accelerator: str = "kdtree",
         threads: int = 0,
@@ -81,9 +85,18 @@ class Renderer:
         if _missing is not None:
             raise ImportError(f"this build of kindling has no renderer: {_missing}") from _missing
         self._threads = threads
-        self._renderer = _render.Renderer.load(
-            os.fspath(file), os.fspath(env), env_color, scene, variant, accelerator, threads, progress, _warn
-        )
+        with tempfile.TemporaryDirectory(prefix="kindling_") as folder:
+            self._renderer = _render.Renderer.load(
+                _file_of(scene, folder),
+                os.fspath(env),
+                env_color,
+                scene_name,
+                variant,
+                accelerator,
+                threads,
+                progress,
+                _warn,
+            )
 
     @property
     def cameras(self) -> list[str]:
@@ -111,8 +124,8 @@ class Renderer:
 
         size: (width, height) in pixels. spp: samples per pixel (64). camera: a name or number. orbit: (theta in degrees,
         phi in degrees, radius in meters) about target. yfov: vertical field of view in degrees. time: of animations, in
-        seconds. time_limit: of the render, in seconds. aovs: "alpha", "albedo", "normal", "depth", "position", "emission",
-        "direct", "indirect", "samples", "variance".
+        seconds. time_limit: of the render, in seconds. aovs: layers of `kindling render --aov`, as
+        "alpha", "albedo", "normal", "depth", "position", "direct", "indirect", "samples", "variance".
 
         progress(phase, fraction, spp): called by this thread a few times a second; it ends the render by returning False,
         and the image then holds the samples so far. Ctrl-C and exceptions of progress end it too and are raised.
@@ -143,11 +156,29 @@ class Renderer:
         return Image(self._renderer.render(options, self._threads, progress, _warn))
 
 
-def render(file: str | os.PathLike[str], **settings: Any) -> Image:
-    """Load a glTF file and render it: Renderer(file, ...).render(...), whose arguments it takes."""
-    of_renderer = ("env", "env_color", "scene", "variant", "accelerator", "threads")
+def render(scene: Any, **settings: Any) -> Image:
+    """Load a scene and render it: Renderer(scene, ...).render(...), whose arguments it takes."""
+    of_renderer = ("env", "env_color", "scene_name", "variant", "accelerator", "threads")
     prepared = {name: settings.pop(name) for name in of_renderer if name in settings}
-    return Renderer(file, progress=settings.get("progress"), **prepared).render(**settings)
+    return Renderer(scene, progress=settings.get("progress"), **prepared).render(**settings)
+
+
+def _file_of(scene: Any, folder: str) -> str:
+    """Return the name of the scene's file, which is written to folder if it is in memory."""
+    if isinstance(scene, (str, os.PathLike)):
+        return os.fspath(scene)
+    if isinstance(scene, Scene):
+        data = scene.to_glb()
+    elif isinstance(scene, (bytes, bytearray, memoryview)):
+        data = bytes(scene)
+    elif type(scene).__module__.partition(".")[0] == "trimesh" and hasattr(scene, "export"):
+        data = scene.export(file_type="glb")
+    else:
+        raise TypeError(f"scene: {type(scene).__name__}, expected a file, bytes, kindling.Scene, or a trimesh mesh or scene")
+    file = os.path.join(folder, "scene.glb" if data[:4] == b"glTF" else "scene.gltf")
+    with open(file, "wb") as written:
+        written.write(data)
+    return file
 
 
 def _warn(message: str) -> None:
