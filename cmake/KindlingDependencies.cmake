@@ -14,7 +14,7 @@ set(KINDLING_PACKAGES
   "ZLIB"
   "zstd CONFIG"
   "OpenEXR 3.1 CONFIG"
-  "OpenImageIO 2.4 CONFIG"
+  "OpenImageIO CONFIG" # 2.4 or newer; its files refuse other major versions than the one that is asked for
   "OpenColorIO 2.1 CONFIG HINTS /usr/share" # Debian 12's place, which CMake does not search
   "TinyGLTF CONFIG"
   "meshoptimizer CONFIG"
@@ -30,6 +30,9 @@ foreach(package IN LISTS KINDLING_PACKAGES)
   find_package(${package} REQUIRED)
 endforeach()
 unset(CMAKE_MESSAGE_LOG_LEVEL)
+if(OpenImageIO_FOUND AND OpenImageIO_VERSION VERSION_LESS 2.4)
+  message(FATAL_ERROR "OpenImageIO ${OpenImageIO_VERSION} in ${OpenImageIO_DIR}: 2.4 or newer is needed")
+endif()
 
 # Embree 4 where found, else 3.13. Both are wrapped by accel/embree, which includes the right header
 # by KINDLING_EMBREE_MAJOR.
