@@ -77,10 +77,12 @@ def test_exceptions_of_progress_are_raised():
 
 
 def test_ctrl_c_ends_a_render():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it for jobs in the background
     timer = threading.Timer(1.0, signal.raise_signal, [signal.SIGINT])
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         kindling.render(SCENE, size=(640, 480), spp=1000000)
+    signal.signal(signal.SIGINT, before)
 
 
 def test_time_limit_and_cameras():
