@@ -53,7 +53,7 @@ bool ClientStream::is_readable() const {
   return poll(&waiting, 1, 0) > 0;
 }
 
-bool ClientStream::is_writable() const { return !stopping_; }
+bool ClientStream::wait_readable() const { return wait_until(POLLIN, deadline_); }
 
 ssize_t ClientStream::read(char* bytes, size_t size) {
   const size_t wanted = std::min(size, limits_.request_bytes - bytes_read_);

@@ -8,6 +8,8 @@
 
 #include <atomic>
 #include <chrono>
+#include <ctime>
+#include <string>
 
 namespace kindling {
 
@@ -23,8 +25,14 @@ class ClientStream final : public httplib::Stream {
   // True if the last response had a status from 400 on: its request may not have been read.
   [[nodiscard]] bool refused() const { return refused_; }
 
-  bool is_readable() const override;
-  bool is_writable() const override;
+  bool is_readable() const override; // at once
+  // Older and newer versions of httplib have some of these.
+  // NOLINTBEGIN(modernize-use-override)
+  bool is_writable() const { return !stopping_; }
+  bool wait_writable() const { return !stopping_; }
+  bool wait_readable() const;
+  time_t duration() const { return 0; } // for a limit of httplib's that we do not set
+  // NOLINTEND(modernize-use-override)
   ssize_t read(char* bytes, size_t size) override;
   ssize_t write(const char* bytes, size_t size) override;
   void get_remote_ip_and_port(std::string& ip, int& port) const override;

@@ -19,6 +19,8 @@
 #include <cctype>
 #include <fstream>
 
+#include <unistd.h>
+
 namespace kindling::app {
 
 namespace fs = std::filesystem;
