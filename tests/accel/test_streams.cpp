@@ -142,5 +142,50 @@ TEST(Streams, TiesGoToTheSmallestTriangle) {
   for (const Hit& hit : hits) EXPECT_EQ(hit.triangle, 0U);
 }
 
+// Accepts the one square of two triangles that the ray names.
+bool accept_by_key(const void*, const Ray& ray, const Hit& candidate) { return candidate.triangle / 2 == ray.key; }
+
+// Shadow rays visit cells in an order of their own. Each ray here meets all squares, and one at
+// most blocks it, so that any cell that is left out shows.
+TEST(Streams, ShadowRaysReachEveryCellOfTheirWay) {
+  constexpr uint32_t kSquares = 600;
+  Rng rng(113);
+  Mesh mesh; // squares across the x axis, in clusters far apart
+  mesh.opaque = false;
+  float x = 0.0f;
+  for (uint32_t i = 0; i < kSquares; ++i) {
+    x += rng() % 20 == 0 ? uniform(rng, 20.0f, 60.0f) : uniform(rng, 0.5f, 1.5f);
+    const float size = uniform(rng, 1.0f, 8.0f);
+    const uint32_t a = mesh.add(V3f(x, -size, -size)), b = mesh.add(V3f(x, size, -size)),
+                   c = mesh.add(V3f(x, -size, size)), d = mesh.add(V3f(x, size, size));
+    mesh.indices.insert(mesh.indices.end(), {a, b, c, b, c, d});
+  }
+  std::vector<Ray> rays;
+  std::vector<uint8_t> expected;
+  for (uint32_t key = 0; key < 2 * kSquares; ++key) {
+    Ray ray;
+    const bool down = rng() % 2 == 0;
+    ray.origin = V3f{down ? x + 50.0f : -50.0f, uniform(rng, -0.3f, 0.3f), uniform(rng, -0.3f, 0.3f)};
+    ray.direction = V3f{down ? -1.0f : 1.0f, uniform(rng, -1e-4f, 1e-4f), uniform(rng, -1e-4f, 1e-4f)};
+    ray.t_max = x + 100.0f;
+    ray.key = key;
+    rays.push_back(ray);
+    expected.push_back(key < kSquares ? 1 : 0);
+  }
+  TestScene scene(std::move(mesh));
+  scene.set_filter({accept_by_key, nullptr});
+  for (const SimdTarget simd : simd_targets()) {
+    BuildOptions options;
+    options.simd = simd;
+    const auto accelerator = build(Kind::kdtree, scene, options);
+    std::vector<uint8_t> mixed(rays.size(), 7), coherent(rays.size(), 7);
+    accelerator->occluded(rays, mixed);
+    accelerator->occluded_coherent(rays, coherent);
+    EXPECT_EQ(mixed, expected);
+    EXPECT_EQ(coherent, expected);
+    for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(accelerator->occluded(rays[i]) ? 1 : 0, expected[i]);
+  }
+}
+
 } // namespace
 } // namespace kindling::accel::testing

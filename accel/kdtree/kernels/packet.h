@@ -188,18 +188,21 @@ class Packet {
         for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.enter[r] = far_enter[r]; });
         heap = far;
       } else {
+        // Nearest hits need the near child first. Shadow rays meet something more often in the far
+        // one: near the surface that they leave there is little.
+        const uint32_t first = kAny ? far : near, second = first ^ 1U;
         assert(top <= kMaxDepth);
         Entry<kCount>& entry = stack[top];
-        const bool outside = far >= kWideLanes;
-        entry.child = outside ? node.child[far & (kWideLanes - 1)] : number;
-        entry.heap = outside ? 1 : far;
+        const bool outside = second >= kWideLanes;
+        entry.child = outside ? node.child[second & (kWideLanes - 1)] : number;
+        entry.heap = outside ? 1 : second;
         top += entry.child != kEmptyChild ? 1 : 0;
         for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-          entry.cell.enter[r] = far_enter[r];
-          entry.cell.leave[r] = cell.leave[r];
-          cell.leave[r] = near_leave[r];
+          entry.cell.enter[r] = kAny ? cell.enter[r] : far_enter[r];
+          entry.cell.leave[r] = kAny ? near_leave[r] : cell.leave[r];
+          (kAny ? cell.enter[r] : cell.leave[r]) = kAny ? far_enter[r] : near_leave[r];
         });
-        heap = near;
+        heap = first;
       }
     } while (heap < kWideLanes);
     return heap;

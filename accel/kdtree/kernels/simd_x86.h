@@ -76,6 +76,8 @@ inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
   return _mm256_cmpeq_epi32_mask(low, _mm256_set1_epi32(static_cast<int>(x)));
 }
 inline uint32_t nonzero_bits(IntLanes8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
+// Bit i is the top bit of lane i.
+inline uint32_t top_bits(IntLanes8 a) { return _mm256_movepi32_mask(a.v); }
 
 // Moves the lanes of a mask to the front; the lanes after them are undefined.
 class Compress8 {
@@ -229,6 +231,7 @@ inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
   const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
   return to_bits(_mm256_cmpeq_epi32(low, _mm256_set1_epi32(static_cast<int>(x))));
 }
+inline uint32_t top_bits(IntLanes8 a) { return to_bits(a.v); }
 inline uint32_t nonzero_bits(IntLanes8 a) { return ~to_bits(_mm256_cmpeq_epi32(a.v, _mm256_setzero_si256())) & 0xffU; }
 
 class Compress8 {
@@ -264,8 +267,6 @@ template <int kBits>
 inline WideIntLanes shift_right(WideIntLanes a) {
   return WideIntLanes(_mm256_srli_epi32(a.v, kBits));
 }
-
-inline uint32_t top_bits(WideIntLanes a) { return to_bits(a.v); }
 
 class CompressWide {
  public:

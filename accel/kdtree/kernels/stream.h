@@ -58,11 +58,11 @@ class Stream {
   }
 
  private:
-  // The children of one wide node, nearest first.
+  // The children of one wide node, nearest first or, for any hit, farthest first.
   struct alignas(64) Frame {
     std::array<float, kWideLanes> enter, leave;
     std::array<ChildWord, kWideLanes> child;
-    uint32_t rest; // bit i: child i is still to be visited
+    uint32_t rest; // bits i and i + 8: child i is still to be visited
   };
   static_assert(sizeof(Frame) == 128);
   struct alignas(64) Slot {
@@ -175,7 +175,8 @@ class Stream {
   void descend() {
     Queue& queue = at_node_;
     const uint32_t count = queue.count;
-    std::array<uint8_t, kStreamSlots> signs, entered;
+    std::array<uint8_t, kStreamSlots> signs;
+    std::array<uint16_t, kStreamSlots> entered;
     alignas(32) std::array<std::array<float, 8>, kStreamSlots> distances; // to the planes of the nodes
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
@@ -189,19 +190,24 @@ class Stream {
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
       const Lanes8 t = Lanes8::load(distances[k].data());
-      const IntLanes8 order = IntLanes8::from_bytes(tables::kNearFirst[signs[k]]);
+      const IntLanes8 order = IntLanes8::from_bytes(kAny ? tables::kOrder[signs[k]] : tables::kNearFirst[signs[k]]);
       const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
                    t3 = permute(t, shift_right<3>(order));
-      // In this order lanes 4 to 7 are on the far side of the root's plane, and so on.
-      const Lanes8 enter = max_where<0xaa>(max_where<0xcc>(max_where<0xf0>(Lanes8(queue.enter[k]), t1), t2), t3);
-      const Lanes8 leave = min_where<0x55>(min_where<0x33>(min_where<0x0f>(Lanes8(queue.leave[k]), t1), t2), t3);
+      // In the order of kNearFirst lanes 4 to 7 are on the far side of the root's plane, and so on.
+      constexpr int kFar1 = kAny ? 0x0f : 0xf0, kFar2 = kAny ? 0x33 : 0xcc, kFar3 = kAny ? 0x55 : 0xaa;
+      const Lanes8 enter = max_where<kFar3>(max_where<kFar2>(max_where<kFar1>(Lanes8(queue.enter[k]), t1), t2), t3);
+      const Lanes8 leave =
+          min_where<0xff - kFar3>(min_where<0xff - kFar2>(min_where<0xff - kFar1>(Lanes8(queue.leave[k]), t1), t2), t3);
       const IntLanes8 children = permute(IntLanes8::load(tree_.nodes[queue.child[k]].child.data()), order);
       assert(s.at.top < s.stack.size());
       Frame& frame = s.stack[s.at.top];
       enter.store(frame.enter.data());
       leave.store(frame.leave.data());
       children.store(frame.child.data());
-      entered[k] = static_cast<uint8_t>(at_most(enter, leave * Lanes8(kWiden)) & nonzero_bits(children));
+      const uint32_t all = at_most(enter, leave * Lanes8(kWiden)) & nonzero_bits(children);
+      // For any hit, nodes come before leaves, in the lower bits: they are larger and hold more.
+      const uint32_t later = kAny ? all & top_bits(children) : 0;
+      entered[k] = static_cast<uint16_t>((all ^ later) | later << kWideLanes);
     }
     for (uint32_t k = 0; k < count; ++k) {
       // Continues with the first child of the new frame or, if the ray enters none, the next child
