@@ -188,8 +188,8 @@ class TreeWalk {
 // Visits the instances whose boxes the ray enters, as kernels/instances.h does. visit(box index)
 // may narrow t_far, and ends the walk by returning true.
 template <class Visit>
-bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, const float& t_far, TraversalCost& cost,
-                    const Visit& visit) {
+bool walk_instances(const InstanceLevel& level, const Ray& world, bool any_hit, float t_min, const float& t_far,
+                    TraversalCost& cost, const Visit& visit) {
   struct Entry {
     float enter;
     uint32_t child;
@@ -215,7 +215,7 @@ bool walk_instances(const InstanceLevel& level, const Ray& world, float t_min, c
                         {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, world, margin))
         continue;
       const auto place = std::find_if(stack.begin() + base, stack.end(),
-                                      [&](const Entry& other) { return other.enter < interval.enter; });
+                                      [&](const Entry& other) { return !any_hit && other.enter < interval.enter; });
       stack.insert(place, {interval.enter, node.child[lane]});
     }
   }
@@ -235,14 +235,14 @@ TraversalCost traversal_cost(const Structure& structure, const Ray& ray, bool an
     const CandidateFilter in_instance{structure.filter, ray, tree, instance};
     return can_hit(in_tree) && TreeWalk(in_tree, in_instance, any_hit, cost, slice).run(t_min, t_far);
   };
-  if (walk_instances(structure.instance_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+  if (walk_instances(structure.instance_level, ray, any_hit, t_min, t_far, cost, [&](uint32_t i) {
         const TransformedInstance& transformed = structure.transformed[i];
         return visit(*transformed.tree, transformed.instance, transformed.to_object(ray), nullptr);
       }))
     return cost;
   const CandidateFilter transient{structure.filter, ray, structure.transient_tree, kNoId};
   if (structure.is_split() && TreeWalk(ray, transient, any_hit, cost).run(t_min, t_far)) return cost;
-  walk_instances(structure.moving_level, ray, t_min, t_far, cost, [&](uint32_t i) {
+  walk_instances(structure.moving_level, ray, any_hit, t_min, t_far, cost, [&](uint32_t i) {
     const MovingInstance& moving = structure.moving[i];
     RayToObject to_object = moving.to_object;
     if (!moving.keys.empty()) {

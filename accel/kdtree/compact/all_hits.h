@@ -14,8 +14,8 @@ namespace kindling::accel::kd::compact {
 // The query of all_hits(). A cell refers to all triangles that may be hit in it, so a triangle may
 // be found in several cells, each time with the same bits.
 template <class Filter>
-class AllHitsQuery : public TreeVisits<AllHitsQuery<Filter>> {
-  using Visits = TreeVisits<AllHitsQuery>;
+class AllHitsQuery : public TreeVisits<false, AllHitsQuery<Filter>> {
+  using Visits = TreeVisits<false, AllHitsQuery>;
   friend Visits;
 
  public:

@@ -60,9 +60,10 @@ class BoxRay {
   bool down_[3];
 };
 
-// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to
-// back. visit may narrow t_far, and ends the search by returning true, which is then the result.
-template <class Visit>
+// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to back
+// or, if kAny, in the order of kernels/instances.h. visit may narrow t_far, unless kAny, and ends
+// the search by returning true, which is then the result.
+template <bool kAny, class Visit>
 [[gnu::always_inline]] inline bool visit_instances(const InstanceLevelView& level, const Ray& ray, float t_min,
                                                    const float& t_far, InstanceStack& stack, const Visit& visit) {
   if (level.nodes.empty()) return false;
@@ -77,7 +78,7 @@ template <class Visit>
       if (node.child[lane] == InstanceNode::kNone) continue;
       float enter = t_min * kBefore;
       if (!box_ray.clip(node, lane, enter, t_far * kWiden)) continue;
-      if (entered == 0 || enter <= nearest_enter) { // ties as in kernels/instances.h
+      if (kAny || entered == 0 || enter <= nearest_enter) { // ties as in kernels/instances.h
         nearest = lane;
         nearest_enter = enter;
       }

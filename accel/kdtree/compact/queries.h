@@ -56,9 +56,9 @@ struct Stacks {
 
 // Visits the trees of a structure that a world ray, which satisfies can_hit(), may meet up to
 // t_far_: calls Derived::trace_tree(tree, motion, ray in the tree's space, instance), which may
-// narrow t_far_ and ends the visits by returning true. `instance` is kNoId for the world's trees.
-// Base of queries, so that they have one object on a GPU's stack.
-template <class Derived>
+// narrow t_far_, unless kAny, and ends the visits by returning true. `instance` is kNoId for the
+// world's trees. Base of queries, so that they have one object on a GPU's stack.
+template <bool kAny, class Derived>
 class TreeVisits {
  public:
   [[gnu::always_inline]] TreeVisits(const StructureView& view, const Ray& ray, Stacks& stacks)
@@ -74,10 +74,10 @@ class TreeVisits {
       const Ray inside = to_object(placed.to_object, ray_);
       return can_hit(inside) && trace(placed.tree, Static(), inside, placed.instance);
     };
-    if (visit_instances(view_.instance_level, ray_, t_min_, t_far_, stacks_.instances, transformed)) return true;
+    if (visit_instances<kAny>(view_.instance_level, ray_, t_min_, t_far_, stacks_.instances, transformed)) return true;
     const float time = clamped_time(ray_.time);
     const auto moving = [&](uint32_t i) { return trace_moving(view_.moving[i], time); };
-    return visit_instances(view_.moving_level, ray_, t_min_, t_far_, stacks_.instances, moving);
+    return visit_instances<kAny>(view_.moving_level, ray_, t_min_, t_far_, stacks_.instances, moving);
   }
 
  private:
@@ -142,8 +142,8 @@ class TreeVisits {
 
 // One query of a world ray, which satisfies can_hit(), through all trees.
 template <bool kAny, class Filter>
-class Query : public TreeVisits<Query<kAny, Filter>> {
-  using Visits = TreeVisits<Query>;
+class Query : public TreeVisits<kAny, Query<kAny, Filter>> {
+  using Visits = TreeVisits<kAny, Query>;
   friend Visits;
 
  public:

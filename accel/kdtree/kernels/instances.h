@@ -6,10 +6,11 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to
-// back. visit may narrow t_far, and ends the search by returning true, which is then the result.
-// `instances` has what visit reads of each box; it is fetched ahead.
-template <class Instance, class Visit>
+// Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to back
+// or, if kAny, in any order. visit may narrow t_far, unless kAny, and ends the search by returning
+// true, which is then the result. `instances` has what visit reads of each box; it is fetched
+// ahead.
+template <bool kAny, class Instance, class Visit>
 inline bool visit_instances(const InstanceLevel& level, std::span<const Instance> instances, const Ray& ray,
                             float t_min, const float& t_far, const Visit& visit) {
   if (level.empty()) return false;
@@ -36,7 +37,7 @@ inline bool visit_instances(const InstanceLevel& level, std::span<const Instance
   while (top != 0) {
     --top;
     const uint32_t child = children[top];
-    if (!(enters[top] <= t_far * kWiden)) continue;
+    if (!kAny && !(enters[top] <= t_far * kWiden)) continue;
     if ((child & InstanceLevel::kBoxBit) != 0) {
       if (visit(child & ~InstanceLevel::kBoxBit)) return true;
       continue;
@@ -52,7 +53,7 @@ inline bool visit_instances(const InstanceLevel& level, std::span<const Instance
     leave = min((Lanes8::load(faces + last_z) - far_z) * rz, leave);
     uint32_t mask = at_most(enter, leave * Lanes8(kWiden));
     alignas(32) float entries[8];
-    enter.store(entries);
+    if (!kAny) enter.store(entries);
     const size_t base = top;
     for (; mask != 0; mask &= mask - 1) {
       const auto lane = static_cast<size_t>(std::countr_zero(mask));
@@ -63,11 +64,11 @@ inline bool visit_instances(const InstanceLevel& level, std::span<const Instance
                       : &level.node(entered));
       assert(top < children.size());
       size_t place = top++;
-      for (; place > base && enters[place - 1] < entries[lane]; --place) {
+      for (; !kAny && place > base && enters[place - 1] < entries[lane]; --place) {
         enters[place] = enters[place - 1];
         children[place] = children[place - 1];
       }
-      enters[place] = entries[lane];
+      if (!kAny) enters[place] = entries[lane];
       children[place] = entered;
     }
   }

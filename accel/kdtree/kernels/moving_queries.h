@@ -51,7 +51,7 @@ template <bool kAny>
 template <bool kAny>
 inline bool trace_moving(const Structure& s, const Ray& world, float t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f), time = clamped_time(world.time);
-  return visit_instances(s.moving_level, std::span(s.moving), world, t_min, t_far, [&](uint32_t i) {
+  return visit_instances<kAny>(s.moving_level, std::span(s.moving), world, t_min, t_far, [&](uint32_t i) {
     if (s.filter.abandoned()) [[unlikely]]
       return true;
     return trace_one_moving<kAny>(s, s.moving[i], world, time, t_min, t_far, hit);

@@ -27,7 +27,7 @@ inline bool trace_transformed(const Structure& s, const TransformedInstance& tra
 template <bool kAny>
 inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f);
-  return visit_instances(s.instance_level, std::span(s.transformed), world, t_min, t_far, [&](uint32_t i) {
+  return visit_instances<kAny>(s.instance_level, std::span(s.transformed), world, t_min, t_far, [&](uint32_t i) {
     if (s.filter.abandoned()) [[unlikely]]
       return true;
     return trace_transformed<kAny>(s, s.transformed[i], world, t_min, t_far, hit);
