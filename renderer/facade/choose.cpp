@@ -112,6 +112,10 @@ Result<std::optional<PlacedCamera>> choose_camera(const Scene& scene, const Pose
     const V3f& orbit = *image.orbit;
     PlacedCamera placed = orbit_camera(
         {orbit.x, orbit.y, orbit.z, image.target, static_cast<float>(image.yfov_deg.value_or(Orbit{}.yfov_deg))});
+    if (image.orthographic_m) {
+      placed.camera.kind = SceneCamera::Kind::orthographic;
+      placed.camera.xmag = placed.camera.ymag = static_cast<float>(0.5 * *image.orthographic_m);
+    }
     if (!is_within_reach(placed))
       return usage_error(fmt::format("--orbit and --target: the position of the camera has {}", kOutOfReach));
     return std::optional(std::move(placed));

@@ -5,6 +5,7 @@
 #include "renderer/base/elementary.h"
 #include "renderer/facade/back_faces.h"
 #include "renderer/facade/choose.h"
+#include "renderer/facade/choose_catchers.h"
 #include "renderer/facade/lens.h"
 #include "renderer/facade/shutter.h"
 #include "renderer/scene/animated_members.h"
@@ -222,6 +223,28 @@ Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& imag
   return {};
 }
 
+// Names the objects if that is needed. Returns the flags of shadow catchers.
+Result<std::vector<uint8_t>> name_objects(RenderScene& scene, const ImageSettings& image) {
+  if ((image.aovs.has_mattes() || !image.shadow_catchers.empty()) && !scene.names)
+    scene.names = std::make_shared<const SurfaceNames>(name_surfaces(scene.scene));
+  return choose_catchers(scene, image.shadow_catchers);
+}
+
+// Adds what some layers need, once the camera is placed. `unturned` is the camera before
+// ImageSettings::turn, `caught` the flags of choose_catchers().
+Result<void> add_layers(const RenderScene& scene, std::optional<FrameNeighbors> neighbors, const PlacedCamera& unturned,
+                        std::vector<uint8_t> caught, const ImageSettings& image, const WorldOptions& options,
+                        const CancelToken* cancel, RenderStage& stage) {
+  if (neighbors)
+    stage.motion = std::make_shared<const FrameMotion>(
+        frame_motion(*std::move(neighbors), unturned, image, stage.size_px,
+                     [&](const PlacedCamera& camera) { return turn_center(scene, image, camera); }));
+  if (caught.empty()) return {};
+  stage.catchers = ShadowCatchers::make(*stage.world, std::move(caught), options, cancel);
+  if (!stage.catchers) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
+  return {};
+}
+
 // Finds the center that a turn needs, before the scene's vertices are consumed.
 Result<void> find_center(RenderScene& scene, const ImageSettings& image) {
   if (!image.turn || image.turn->around || (image.orbit && !image.own_camera) || scene.center) return {};
@@ -260,6 +283,11 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
   result.size_px = size.value();
   const Result<std::optional<int>> camera_index = choose_camera_index(scene.scene, result.posed, image);
   if (!camera_index.ok()) return camera_index.error();
+  if (image.aovs.needs_motion()) {
+    Result<FrameNeighbors> neighbors = find_frame_neighbors(scene, result.posed.cameras, image, time_s);
+    if (!neighbors.ok()) return neighbors.error();
+    result.neighbors = std::move(neighbors).value();
+  }
   const int shown = scene.root != kNone ? scene.root : std::max(0, scene.scene.default_scene); // as pose_scene() does
   result.resolved = {result.size_px, camera_index.value(),  shown, scene.variant, result.shutter,
                      time_s,         scene.environment_hash};
@@ -270,8 +298,8 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
-  if (image.aovs.has_mattes() && !scene.names)
-    scene.names = std::make_shared<const SurfaceNames>(name_surfaces(scene.scene)); // before it is consumed
+  Result<std::vector<uint8_t>> caught = name_objects(scene, image); // before the scene is consumed
+  if (!caught.ok()) return caught.error();
   ImageSettings deciding = image;
   if (image.own_camera && scene.path_start) deciding.own_camera = scene.path_start;
   const ViewSettings views(deciding, posed.size_px);
@@ -321,6 +349,7 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
     scene.worlds.light_by_studio(stage.light.studio);
   }
   stage.exposure_stops = scene.decisions->exposure_stops;
+  const PlacedCamera unturned = stage.placed_camera;
   if (image.turn) {
     const V3f around = turn_center(scene, image, stage.placed_camera);
     stage.placed_camera = turn_camera(std::move(stage.placed_camera), image.turn->angle_deg, image.turn->axis, around);
@@ -335,6 +364,9 @@ Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const Imag
   stage.camera.emplace(
       stage.placed_camera.camera, stage.placed_camera.camera_to_world, stage.size_px,
       CameraMotion{.later_transforms = stage.placed_camera.later_transforms, .shutter_open = stage.world->has_motion});
+  const Result<void> added = add_layers(scene, std::move(posed.neighbors), unturned, std::move(caught).value(), image,
+                                        world_options(scene, image, stage.size_px), cancel, stage);
+  if (!added.ok()) return added.error();
   stage.build_s = posed.pose_s + clock.elapsed().wall_s;
 
   const WorldStatistics& statistics = stage.world->statistics();

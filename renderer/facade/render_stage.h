@@ -7,12 +7,15 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/facade/frame_neighbors.h"
 #include "renderer/facade/render_scene.h"
+#include "renderer/integrator/shadow_catchers.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/shutter.h"
 #include "renderer/session/pixel_settings.h"
 #include "renderer/world/world.h"
 
+#include <memory>
 #include <optional>
 
 namespace kindling {
@@ -24,6 +27,7 @@ struct PosedImage {
   std::optional<PlacedCamera> camera; // unset: one has to be fitted to the World
   ResolvedImage resolved;
   V2i size_px{0, 0};
+  std::optional<FrameNeighbors> neighbors; // with AovSet::needs_motion()
   double pose_s = 0.0;
 };
 
@@ -37,6 +41,9 @@ struct RenderStage {
   SceneLight light;
   std::optional<double> exposure_stops; // ViewDecisions::exposure_stops
   double build_s = 0.0;                 // pose and World
+  // For RenderSettings of the same names; null unless AOVs or shadow catchers need them.
+  std::shared_ptr<const FrameMotion> motion;
+  std::shared_ptr<const ShadowCatchers> catchers; // as long as the World
 };
 
 // Before the first pose, gives points and lines their width at the camera of the scene at rest:

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
@@ -63,6 +64,7 @@ struct Renderer::Impl {
   // Held by render() while it changes the World and the stage, and by pick().
   mutable std::shared_mutex stage_mutex;
   std::optional<RenderStage> stage; // of the last image
+  RenderSettings settings;          // likewise
 };
 
 Renderer::Renderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
@@ -128,8 +130,11 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     return built.error();
   }
   const RenderStage& stage = impl_->stage.emplace(std::move(built).value());
-  changing.unlock();
   settings.names = scene.names;
+  settings.motion = stage.motion;
+  settings.catchers = stage.catchers;
+  impl_->settings = settings;
+  changing.unlock();
 
   MetadataFacts facts;
   facts.scene_file = scene.source;
@@ -208,6 +213,22 @@ std::optional<PickedSurface> Renderer::pick(const V2f& position) const {
   if (const int node = stage.world->node_of(found->hit); node >= 0 && static_cast<size_t>(node) < nodes.size())
     picked.node = nodes[static_cast<size_t>(node)].name;
   return picked;
+}
+
+Result<ReplayedPath> Renderer::replay(const V2f& position, uint32_t sample) const {
+  const std::shared_lock using_stage(impl_->stage_mutex, std::try_to_lock);
+  if (!using_stage.owns_lock() || !impl_->stage) return usage_error("there is no image whose samples could be traced");
+  const RenderStage& stage = *impl_->stage;
+  ReplayedPath path{.size_px = stage.size_px, .sample = sample % impl_->settings.samples_per_pixel};
+  for (int axis = 0; axis < 2; ++axis)
+    path.pixel[axis] = std::clamp(static_cast<int>(position[axis] * static_cast<float>(stage.size_px[axis])), 0,
+                                  stage.size_px[axis] - 1);
+  Result<ReplayedSample> replayed =
+      replay_sample(*stage.world, *stage.camera, impl_->settings, path.pixel, path.sample);
+  if (!replayed.ok()) return replayed.error();
+  path.replayed = std::move(replayed).value();
+  path.ways = find_path_ways(*stage.camera, path.replayed.trace, stage.world->bounds);
+  return path;
 }
 
 std::vector<std::string> Renderer::cameras() const { return impl_->cameras; }

@@ -5,6 +5,7 @@
 #include "renderer/base/progress.h"
 #include "renderer/base/result.h"
 #include "renderer/camera/place_camera.h"
+#include "renderer/facade/path_ways.h"
 #include "renderer/film/film.h"
 #include "renderer/film/write_film.h"
 #include "renderer/scene/scene.h"
@@ -73,6 +74,14 @@ struct PickedSurface {
   SurfacePoint surface;
 };
 
+// One sample of an image, rendered again.
+struct ReplayedPath {
+  V2i pixel{0, 0}, size_px{0, 0};
+  uint32_t sample = 0;
+  ReplayedSample replayed;
+  std::vector<PathWay> ways; // by vertex of the trace
+};
+
 // A scene and its World. The World is built by the first render() and kept: a render that changes
 // the camera, the size, the sampling or the integrator begins at once; one that changes the time of
 // an animated scene rebuilds the moving geometry. One render() at a time.
@@ -112,6 +121,11 @@ class Renderer {
   // fractions of its width and height from the upper left corner. Nothing where none is visible,
   // and while a World is built. May be called from any thread at any time.
   [[nodiscard]] std::optional<PickedSurface> pick(const V2f& position) const;
+  // Renders a sample of the pixel at this position again, of the last image or the one being
+  // rendered; `sample` counts from 0 and wraps around. With a guide, which is trained again, this
+  // may take seconds, and the next render() waits for it. Fails (usage) before the first image and
+  // while a World is built. May be called from any thread at any time.
+  [[nodiscard]] Result<ReplayedPath> replay(const V2f& position, uint32_t sample) const;
 
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

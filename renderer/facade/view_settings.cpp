@@ -25,15 +25,15 @@ bool same_axis(const std::optional<CameraTurn>& a, const std::optional<CameraTur
 
 ViewSettings::ViewSettings(const ImageSettings& image, const V2i& image_size_px)
     : camera(image.camera), own_camera(image.own_camera), orbit(image.own_camera ? std::nullopt : image.orbit),
-      target(image.target), turn(image.turn), yfov_deg(image.yfov_deg), backfaces(image.backfaces),
-      size_px(image_size_px) {}
+      target(image.target), orthographic_m(image.orthographic_m), turn(image.turn), yfov_deg(image.yfov_deg),
+      backfaces(image.backfaces), size_px(image_size_px) {}
 
 bool ViewSettings::operator==(const ViewSettings& other) const {
   const bool same_own_camera = own_camera.has_value() == other.own_camera.has_value() &&
                                (!own_camera || same_view(*own_camera, *other.own_camera));
   return same_own_camera && camera == other.camera && orbit == other.orbit && target == other.target &&
-         same_axis(turn, other.turn) && yfov_deg == other.yfov_deg && backfaces == other.backfaces &&
-         size_px == other.size_px;
+         orthographic_m == other.orthographic_m && same_axis(turn, other.turn) && yfov_deg == other.yfov_deg &&
+         backfaces == other.backfaces && size_px == other.size_px;
 }
 
 std::vector<PlacedCamera> decisive_views(const PlacedCamera& camera, const ViewSettings& settings, const V3f& around) {
@@ -53,9 +53,14 @@ std::vector<PlacedCamera> decisive_views(const PlacedCamera& camera, const ViewS
     return views;
   }
   const V3f& orbit = *settings.orbit;
-  for (const float theta_deg : kSides)
+  for (const float theta_deg : kSides) {
     views.push_back(orbit_camera({theta_deg, orbit.y, orbit.z, settings.target,
                                   static_cast<float>(settings.yfov_deg.value_or(Orbit{}.yfov_deg))}));
+    if (settings.orthographic_m) {
+      views.back().camera.kind = SceneCamera::Kind::orthographic;
+      views.back().camera.xmag = views.back().camera.ymag = static_cast<float>(0.5 * *settings.orthographic_m);
+    }
+  }
   return views;
 }
 

@@ -19,6 +19,7 @@ struct ViewSettings {
   std::optional<PlacedCamera> own_camera;
   std::optional<V3f> orbit;
   V3f target{0.0f};
+  std::optional<double> orthographic_m;
   std::optional<CameraTurn> turn; // its angle does not count
   std::optional<double> yfov_deg;
   Backfaces backfaces = Backfaces::automatic;

@@ -43,7 +43,10 @@ enum class Aov : uint8_t {
   material_id,
   uv,
   depth_nearest,
-  position_nearest
+  position_nearest,
+  vector,
+  motion,
+  shadow_catcher
 };
 
 // Parts of the radiance by the first event of a path: they sum to the beauty exactly.
@@ -69,7 +72,7 @@ struct AovInfo {
   std::string_view meaning; // one sentence with unit and space
 };
 
-inline constexpr std::array<AovInfo, 31> kAovs{{
+inline constexpr std::array<AovInfo, 34> kAovs{{
     {Aov::beauty, "beauty", 3, true, "radiance, linear Rec. 709, premultiplied by alpha"},
     {Aov::alpha, "alpha", 1, true, "coverage of the pixel"},
     {Aov::albedo, "albedo", 3, true,
@@ -122,6 +125,15 @@ inline constexpr std::array<AovInfo, 31> kAovs{{
      "depth of the sample nearest to the pixel's center, meters; 0 for a miss"},
     {Aov::position_nearest, "position_nearest", 3, false,
      "position of the sample nearest to the pixel's center, world space, meters; 0 for a miss"},
+    {Aov::vector, "vector", 4, false,
+     "motion of the first surface in pixels, y upwards: its position in the previous frame minus that in this one, and "
+     "that in this frame minus that in the next; of the sample nearest to the pixel's center"},
+    {Aov::motion, "motion", 4, false,
+     "motion of the first surface in pixels, y upwards: to the next frame, and to the previous one; of the sample "
+     "nearest to the pixel's center"},
+    {Aov::shadow_catcher, "shadow_catcher", 3, true,
+     "factor on another image behind this one: its visible share, times what shadow catchers leave of their "
+     "light"},
 }};
 
 [[nodiscard]] constexpr const AovInfo& aov_info(Aov aov) { return kAovs[static_cast<size_t>(aov)]; }
@@ -139,8 +151,11 @@ inline constexpr std::array<AovInfo, 31> kAovs{{
 // True for AOVs that show one sample of a pixel, the one nearest to its center, instead of a mean.
 [[nodiscard]] constexpr bool is_of_nearest(Aov aov) {
   return aov == Aov::object_id || aov == Aov::material_id || aov == Aov::uv || aov == Aov::depth_nearest ||
-         aov == Aov::position_nearest;
+         aov == Aov::position_nearest || aov == Aov::vector || aov == Aov::motion;
 }
+
+// True for AOVs that compare the image with its neighbors in time.
+[[nodiscard]] constexpr bool is_motion(Aov aov) { return aov == Aov::vector || aov == Aov::motion; }
 
 // The names by which Cryptomatte divides an image: of objects, of materials, or of the root nodes
 // above objects.
@@ -177,7 +192,11 @@ class AovSet {
     return false;
   }
   // Returns true if the hit at the first surface of a path is needed.
-  [[nodiscard]] constexpr bool needs_first_hit() const { return needs_nearest() || has_mattes(); }
+  [[nodiscard]] constexpr bool needs_first_hit() const {
+    return needs_nearest() || has_mattes() || contains(Aov::shadow_catcher);
+  }
+  // Returns true if the frames before and after the image are needed.
+  [[nodiscard]] constexpr bool needs_motion() const { return contains(Aov::vector) || contains(Aov::motion); }
   // Returns true if paths must record their first surface.
   [[nodiscard]] constexpr bool needs_surface() const {
     return contains(Aov::albedo) || contains(Aov::normal) || contains(Aov::depth) || contains(Aov::position);

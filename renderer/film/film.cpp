@@ -49,27 +49,6 @@ static_assert(std::endian::native == std::endian::little);
 
 } // namespace
 
-namespace {
-
-void resolve_nearest(Aov aov, const NearestSample& nearest, float* out) {
-  switch (aov) {
-  case Aov::object_id: out[0] = static_cast<float>(nearest.object_id); return;
-  case Aov::material_id: out[0] = static_cast<float>(nearest.material_id); return;
-  case Aov::depth_nearest: out[0] = nearest.depth; return;
-  case Aov::position_nearest:
-    for (int c = 0; c < 3; ++c) out[c] = nearest.position[c];
-    return;
-  case Aov::uv:
-    out[0] = nearest.uv[0];
-    out[1] = nearest.uv[1];
-    out[2] = nearest.object_id != 0 ? 1.0f : 0.0f;
-    return;
-  default: return;
-  }
-}
-
-} // namespace
-
 template <typename ThisFilm, typename Visit>
 void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   const auto visit_if_present = [&](std::string_view name, auto& records, size_t per_pixel) {
@@ -86,6 +65,7 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("light passes", film.passes_, film.pass_count_);
   visit_if_present("lobe colors", film.colors_, 1);
   visit_if_present("nearest", film.nearest_, 1);
+  visit_if_present("shadow catcher", film.catchers_, 1);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -100,6 +80,7 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
   passes_ = ZeroedArray<RadianceSum>(count * pass_count_);
   if (aovs.needs_lobe_colors()) colors_ = ZeroedArray<LobeColorSum>(count);
   if (aovs.needs_nearest()) nearest_ = ZeroedArray<NearestSample>(count);
+  if (aovs.contains(Aov::shadow_catcher)) catchers_ = ZeroedArray<CatcherSum>(count);
   if (aovs.has_mattes()) mattes_ = MatteSums(count);
 }
 
@@ -153,6 +134,7 @@ void Film::add(const Film& part) {
   add_rows(passes_, part.passes_, pass_count_);
   add_rows(colors_, part.colors_);
   add_rows(nearest_, part.nearest_);
+  add_rows(catchers_, part.catchers_);
   if (mattes_.empty()) return;
   tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
     for (int x = part.crop_.min.x; x < part.crop_.max.x; ++x)
@@ -254,7 +236,7 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
     store_mean(sum.rgb, by, out);
     return;
   // Negative lobes of the filter can move means at edges out of [0, 1].
-  case Aov::alpha: out[0] = static_cast<float>(std::clamp(sum.alpha.value() / by, 0.0, 1.0)); return;
+  case Aov::alpha: out[0] = static_cast<float>(std::clamp(opacity(index) / by, 0.0, 1.0)); return;
   case Aov::samples: out[0] = static_cast<float>(sum.samples); return;
   case Aov::variance:
     if (!moments_.empty()) out[0] = static_cast<float>(variance_of_mean(sum, moments_[index], mean_luminance(sum, by)));
@@ -283,8 +265,23 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
   }
   if (is_light_pass(aov))
     resolve_light(aov, index, out);
-  else if (!nearest_.empty())
-    resolve_nearest(aov, nearest_[index], out);
+  else if (is_of_nearest(aov) && !nearest_.empty())
+    nearest_[index].resolve(aov, out);
+  else if (aov == Aov::shadow_catcher && !catchers_.empty())
+    resolve_behind(index, by, out);
+}
+
+// Sum of weights times what hides a background; a shadow does in part.
+double Film::opacity(size_t index) const {
+  const double objects = sums_[index].alpha.value();
+  return catchers_.empty() ? objects : objects + catchers_[index].weight.value() * catchers_[index].shadow();
+}
+
+void Film::resolve_behind(size_t index, double by, float* out) const {
+  const CatcherSum& caught = catchers_[index];
+  const double background = by - sums_[index].alpha.value() - caught.weight.value();
+  for (int c = 0; c < 3; ++c)
+    out[c] = static_cast<float>(std::max(background + caught.weight.value() * caught.lit(c), 0.0) / by);
 }
 
 void Film::resolve_light(Aov aov, size_t index, float* out) const {

@@ -4,6 +4,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/film/aov.h"
+#include "renderer/film/catcher_sum.h"
 #include "renderer/film/film_sums.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/film/film_view.h"
@@ -91,8 +92,14 @@ class Film {
   void add_nearest(const V2i& pixel, const NearestSample& sample) {
     if (!nearest_.empty()) nearest_[index_of(pixel)].add(sample);
   }
+  // Adds a sample whose first surface belongs to a shadow catcher, in addition to add() of a black
+  // sample without alpha. Does nothing without Aov::shadow_catcher.
+  void add_caught(const V2i& pixel, const CaughtLight& light, float weight) {
+    if (!catchers_.empty()) catchers_[index_of(pixel)].add(light, weight);
+  }
   // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
-  // pixel, rows from the top, in the arrays that this film has. Mattes and nearest samples remain.
+  // pixel, rows from the top, in the arrays that this film has. Mattes, nearest samples and shadow
+  // catchers remain.
   void add(const PixelRect& block, const FilmView& part);
 
   // Enables trimming of outliers (outliers_trimmed()) for the beauty AOV only. Must be called
@@ -173,6 +180,8 @@ class Film {
   void resolve_pixel(Aov aov, size_t index, float* out) const;
   [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
   void resolve_light(Aov aov, size_t index, float* out) const; // light passes and colors of lobes
+  [[nodiscard]] double opacity(size_t index) const;
+  void resolve_behind(size_t index, double by, float* out) const; // Aov::shadow_catcher
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
   // Calls visit(name, array, records per pixel) for each non-empty array of sums.
   template <typename ThisFilm, typename Visit>
@@ -195,6 +204,7 @@ class Film {
   std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
   size_t pass_count_ = 0;
   ZeroedArray<NearestSample> nearest_; // only if AovSet::needs_nearest()
+  ZeroedArray<CatcherSum> catchers_;   // only with Aov::shadow_catcher
   MatteSums mattes_;                   // only with AovSet::has_mattes()
 };
 

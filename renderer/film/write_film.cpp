@@ -45,11 +45,15 @@ std::vector<std::string> channel_names(Aov aov) {
   case Aov::beauty: return {"R", "G", "B"};
   case Aov::alpha: return {"A"};
   case Aov::depth: return {"Z"};
+  case Aov::samples: return {"kindling.samples"};
+  case Aov::variance: return {"kindling.variance"};
   case Aov::object_id: return {"IndexOB.X"};
   case Aov::material_id: return {"IndexMA.X"};
   case Aov::uv: return {"UV.U", "UV.V", "UV.A"};
   case Aov::depth_nearest: return {"Depth.Z"};
   case Aov::position_nearest: return {"Position.X", "Position.Y", "Position.Z"};
+  case Aov::vector: return {"Vector.X", "Vector.Y", "Vector.Z", "Vector.W"};
+  case Aov::motion: return {"forward.u", "forward.v", "backward.u", "backward.v"};
   case Aov::normal:
   case Aov::denoising_normal:
   case Aov::position: return {name + ".X", name + ".Y", name + ".Z"};

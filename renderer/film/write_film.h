@@ -67,8 +67,10 @@ struct WriteOptions {
 [[nodiscard]] std::vector<float> display_rgba(std::vector<float> rgba, const DisplayTransform& view);
 
 // Returns the names of an AOV's channels in EXR files: Z for depth, LAYER.R, .G, .B for colors,
-// LAYER.X, .Y, .Z for vectors. AOVs of the sample nearest to the center have Blender's names for
-// passes without averages: IndexOB.X, IndexMA.X, UV.U, .V, .A, Depth.Z, Position.X, .Y, .Z.
+// LAYER.X, .Y, .Z for vectors, kindling.samples and kindling.variance. AOVs of the sample nearest
+// to the center have Blender's names for passes without averages: IndexOB.X, IndexMA.X, UV.U, .V,
+// .A, Depth.Z, Position.X, .Y, .Z, Vector.X, .Y, .Z, .W; `motion` has Nuke's: forward.u, .v,
+// backward.u, .v.
 [[nodiscard]] std::vector<std::string> channel_names(Aov aov);
 
 // Light groups are layers of this prefix and the name of the group, as Blender names them.

@@ -12,7 +12,7 @@ namespace kindling {
 class AmbientOcclusionIntegrator final : public Integrator {
  public:
   AmbientOcclusionIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                             const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const SurfaceNames* names);
+                             const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const AovInputs& inputs);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,

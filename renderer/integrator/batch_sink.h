@@ -59,6 +59,7 @@ struct BatchSink {
       vertex.direction = ray.direction;
       vertex.throughput = state.throughput;
       vertex.radiance = state.light[0] + state.light[1] + state.light[2];
+      vertex.bounces = bounces_of(state);
     });
   }
   void scatter_event(const accel::Ray& ray, float distance, const V3f& position, const PathState& state) {
@@ -69,6 +70,7 @@ struct BatchSink {
       vertex.direction = ray.direction;
       vertex.distance = distance;
       vertex.throughput = state.throughput;
+      vertex.bounces = bounces_of(state);
     });
   }
 };

@@ -10,10 +10,10 @@ namespace kindling {
 
 DebugIntegrator::DebugIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                  const Sampler& sampler, const PixelFilter& filter, AovSet aovs,
-                                 const SurfaceNames* names)
+                                 const AovInputs& inputs)
     : batch_size_(settings.batch_size), world_(world), camera_(camera), sampler_(sampler),
       stages_(make_first_hit_stages(settings, world, camera, sampler)), filter_(filter),
-      first_hits_(world, camera, filter_, aovs, names) {}
+      first_hits_(world, camera, filter_, aovs, inputs) {}
 
 std::unique_ptr<ThreadContext> DebugIntegrator::make_context() const {
   return std::make_unique<FirstHitContext>(batch_size_);

@@ -11,9 +11,11 @@
 namespace kindling {
 
 FirstHits::FirstHits(const World& world, const Camera& camera, const PixelFilter& filter, AovSet aovs,
-                     const SurfaceNames* names)
+                     const AovInputs& inputs)
     : world_(world), camera_(camera), filter_(filter), wanted_(aovs.needs_first_hit()), nearest_(aovs.needs_nearest()) {
+  if (aovs.needs_motion() && inputs.motion) motion_.emplace(world, camera, *inputs.motion);
   if (!aovs.has_mattes()) return;
+  const SurfaceNames* const names = inputs.names;
   assert(names != nullptr);
   std::vector<uint32_t> node_ids;
   for (const std::string& name : names->nodes) node_ids.push_back(matte_id(name));
@@ -31,10 +33,14 @@ MatteIds FirstHits::ids_at(const accel::Hit& hit) const {
 
 NearestSample FirstHits::describe(const CameraSample& sample, const accel::Hit& hit) const {
   NearestSample nearest{.number = sample.sample_index + 1};
-  if (!hit.is_hit()) return nearest;
+  if (!hit.is_hit() && !motion_) return nearest;
   float weight = 0.0f;
   const accel::Ray ray =
       make_camera_ray(camera_, filter_, draw_camera(camera_, sample.address), sample.pixel, sample.address, weight);
+  if (!hit.is_hit()) {
+    motion_->measure_background(ray.direction, nearest);
+    return nearest;
+  }
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
   nearest.object_id = static_cast<uint32_t>(world_.node_of(hit)) + 1;
@@ -44,6 +50,7 @@ NearestSample FirstHits::describe(const CameraSample& sample, const accel::Hit& 
   const V2f uv = world_.texcoord_at(hit);
   nearest.uv[0] = uv.x;
   nearest.uv[1] = uv.y;
+  if (motion_) motion_->measure(hit, surface.position, nearest);
   return nearest;
 }
 

@@ -4,12 +4,15 @@
 
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/aov_inputs.h"
+#include "renderer/integrator/motion_vectors.h"
 #include "renderer/integrator/stages/camera_sample.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/scene/surface_names.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace kindling {
@@ -17,9 +20,7 @@ namespace kindling {
 // Immutable and shared by all threads. References given at construction must outlive it.
 class FirstHits {
  public:
-  // `names` is needed for mattes alone, and only while this is constructed; else it may be null.
-  FirstHits(const World& world, const Camera& camera, const PixelFilter& filter, AovSet aovs,
-            const SurfaceNames* names);
+  FirstHits(const World& world, const Camera& camera, const PixelFilter& filter, AovSet aovs, const AovInputs& inputs);
 
   // False if no AOV needs first hits, and add() is not to be called.
   [[nodiscard]] bool wanted() const { return wanted_; }
@@ -38,6 +39,7 @@ class FirstHits {
   const Camera& camera_;
   const PixelFilter& filter_;
   bool wanted_, nearest_;
+  std::optional<MotionVectors> motion_;
   std::vector<NodeIds> nodes_;      // by node; empty without mattes; 0 for mattes that are not wanted
   std::vector<uint32_t> materials_; // by material, the default one last; likewise
 };

@@ -83,15 +83,15 @@ void Integrator::render_blocks(std::span<BlockWork> work, ThreadContext& context
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                             const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
-                                            AovSet aovs, const Guide* guide, const SurfaceNames* names) {
+                                            AovSet aovs, const Guide* guide, const AovInputs& inputs) {
   switch (settings.kind) {
   case IntegratorKind::path:
-    return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide, names);
+    return std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, aovs, guide, inputs);
   case IntegratorKind::whitted:
-    return std::make_unique<WhittedIntegrator>(settings, world, camera, sampler, filter, aovs);
+    return std::make_unique<WhittedIntegrator>(settings, world, camera, sampler, filter, aovs, inputs);
   case IntegratorKind::ambient_occlusion:
-    return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter, aovs, names);
-  default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter, aovs, names);
+    return std::make_unique<AmbientOcclusionIntegrator>(settings, world, camera, sampler, filter, aovs, inputs);
+  default: return std::make_unique<DebugIntegrator>(settings, world, camera, sampler, filter, aovs, inputs);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "renderer/camera/camera.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/aov_inputs.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/sample_range.h"
 #include "renderer/integrator/whitted_counters.h"
@@ -23,7 +24,6 @@
 namespace kindling {
 
 struct Guide;
-struct SurfaceNames;
 
 // Counts of one thread, summed over all threads at the end.
 struct RayCounters {
@@ -53,7 +53,8 @@ struct PathVertex {
   uint32_t triangle = accel::kNoId;
   std::string material;
   Rgb throughput{1.0f};
-  Rgb radiance{0.0f}; // the sample's sum so far
+  Rgb radiance{0.0f};           // the sample's sum so far
+  std::array<int, 3> bounces{}; // of a path so far: diffuse, glossy, and transmissions
 };
 using PathTrace = std::vector<PathVertex>;
 
@@ -97,11 +98,10 @@ class Integrator {
 };
 
 // Makes the integrator that settings.kind names. `guide` is used by the path tracer alone and may
-// be null; `names` may be null without mattes, and is used in this call alone.
+// be null.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const World& world,
                                                           const Camera& camera, const Sampler& sampler,
                                                           const PixelFilter& filter, AovSet aovs,
-                                                          const Guide* guide = nullptr,
-                                                          const SurfaceNames* names = nullptr);
+                                                          const Guide* guide = nullptr, const AovInputs& inputs = {});
 
 } // namespace kindling

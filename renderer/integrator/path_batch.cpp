@@ -1,9 +1,11 @@
 // First and last stages of a path tracer's batch: camera rays in, film samples out.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/camera_stage.h"
+#include "renderer/integrator/caught_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/prepare_path.h"
 
 #include <cassert>
@@ -34,8 +36,34 @@ void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samp
 
 void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
   context.hits.resize(context.rays.size());
-  intersect_camera_rays(world_.accelerator(), camera_, sampler_, filter_, block, samples, context.rays, context.hits);
+  intersect_camera_rays(*accelerator_, camera_, sampler_, filter_, block, samples, context.rays, context.hits);
   context.counters.camera += context.rays.size();
+}
+
+// Camera rays and random numbers are those of the batch, so that where nothing shades a catcher
+// both lights have the same bits.
+void PathIntegrator::follow_caught(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+  CaughtPaths& caught = *context.caught;
+  caught.find(*catchers_,
+              std::span(context.first_hits).first(static_cast<size_t>(block.pixel_count()) * samples.count()));
+  if (caught.slots.empty()) return;
+  PathContext& unshaded = *caught.context;
+  unshaded_->start_batch(block, samples, unshaded);
+  unshaded_->trace_camera_rays(block, samples, unshaded);
+  size_t count = 0;
+  for (const uint32_t slot : caught.slots) { // in ascending order
+    unshaded.active[count] = slot;
+    unshaded.rays[count] = unshaded.rays[slot];
+    unshaded.hits[count++] = unshaded.hits[slot];
+  }
+  unshaded.active.resize(count);
+  unshaded.rays.resize(count);
+  unshaded.hits.resize(count);
+  unshaded_->follow(unshaded);
+  for (const uint32_t slot : caught.slots) caught.light[slot].unshadowed = stages_.radiance_of(unshaded.states[slot]);
+  unshaded.counters.paths = 0; // the same ones
+  context.counters.add(unshaded.counters);
+  unshaded.counters = {};
 }
 
 // Slots run sample by sample, so each pixel receives its samples in order.
@@ -45,16 +73,22 @@ void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film&
     const CameraSample& camera_sample = context.camera_samples[slot];
     const Rgb radiance = stages_.radiance_of(state);
     if (context.recorder) context.recorder->finish_path(slot, radiance);
-    if (!is_finite(radiance)) {
+    const CaughtLight* const caught = context.caught ? context.caught->light_of(slot, radiance) : nullptr;
+    if (!is_finite(radiance) || (caught && !is_finite(caught->unshadowed))) {
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
       continue;
     }
-    film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
-    if (context.split_light) add_split(slot, radiance, context, film);
+    if (caught) {
+      film.add(camera_sample.pixel, {Rgb(0.0f), 0.0f, camera_sample.filter_weight, camera_sample.sample_index});
+      film.add_caught(camera_sample.pixel, *caught, camera_sample.filter_weight);
+    } else {
+      film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
+      if (context.split_light) add_split(slot, radiance, context, film);
+    }
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
-    surface.emission = state.light[kEmission];
-    surface.direct = state.light[kDirect];
+    surface.emission = caught ? Rgb(0.0f) : state.light[kEmission];
+    surface.direct = caught ? Rgb(0.0f) : state.light[kDirect];
     film.add_surface(camera_sample.pixel, surface, camera_sample.filter_weight);
     if (!context.first_hits.empty()) first_hits_.add(camera_sample, context.first_hits[slot], film);
   }

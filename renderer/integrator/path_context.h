@@ -14,18 +14,15 @@
 namespace kindling {
 
 class PathRecorder;
+struct CaughtPaths;
 
 // One thread's batch of paths. A path keeps its slot until it ends; `active` lists the slots of
 // unfinished paths, and rays and hits are parallel to it. Sized once and never grown: nothing
 // allocates per sample.
 class PathContext final : public ThreadContext {
  public:
-  PathContext(size_t batch_size, AovSet aovs)
-      : camera_samples(batch_size), states(batch_size), media(batch_size),
-        surfaces(aovs.needs_film_surface() ? batch_size : 0), first_hits(aovs.needs_first_hit() ? batch_size : 0),
-        active(batch_size), next_active(batch_size), rays(batch_size), next_rays(batch_size), hits(batch_size),
-        shadow_rays(batch_size), shadow_records(batch_size), occluded(batch_size), thin_wall_rays(batch_size),
-        thin_wall_hits(batch_size), thin_wall_records(batch_size) {}
+  PathContext(size_t batch_size, AovSet aovs);
+  ~PathContext() override;
 
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<PathState> states;            // by slot
@@ -43,6 +40,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Hit> thin_wall_hits;
   std::vector<uint32_t> thin_wall_records; // index of the shadow ray
   std::unique_ptr<SplitLight> split_light; // null: neither light groups nor passes
+  std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   ShadeGroup group;
 };

@@ -5,7 +5,9 @@
 #include "renderer/guiding/guide.h"
 #include "renderer/integrator/batch_sink.h"
 #include "renderer/integrator/camera_stage.h"
+#include "renderer/integrator/caught_paths.h"
 #include "renderer/integrator/shade_batch.h"
+#include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/prepare_path.h"
 
 #include <cassert>
@@ -25,9 +27,16 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide,
-                               const SurfaceNames* names)
-    : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world), camera_(camera),
-      sampler_(sampler), filter_(filter), aovs_(aovs), first_hits_(world, camera, filter_, aovs, names) {
+                               const AovInputs& inputs)
+    : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world),
+      accelerator_(&world.accelerator()), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
+      first_hits_(world, camera, filter_, aovs, inputs) {
+  if (aovs.contains(Aov::shadow_catcher) && inputs.catchers) {
+    catchers_ = inputs.catchers;
+    unshaded_ = std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, AovSet{}, guide);
+    unshaded_->accelerator_ = &catchers_->unshaded();
+    unshaded_->light_groups_ = {};
+  }
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
@@ -39,6 +48,8 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   auto context = std::make_unique<PathContext>(stages_.settings.batch_size, aovs_);
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
     context->split_light = std::make_unique<SplitLight>(stages_.settings.batch_size, light_groups_.names.size());
+  if (unshaded_)
+    context->caught = std::make_unique<CaughtPaths>(stages_.settings.batch_size, unshaded_->make_path_context());
   return context;
 }
 
@@ -54,23 +65,28 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
     start_batch(block, batch, context);
     const size_t path_count = context.active.size();
     trace_camera_rays(block, batch, context);
-    while (!context.active.empty() && !world_.abandoned()) {
-      shade(context);
-      trace_shadows(context);
-      context.active.swap(context.next_active);
-      context.rays.swap(context.next_rays);
-      trace_bounces(context);
-    }
+    follow(context);
+    if (unshaded_) follow_caught(block, batch, context);
     if (world_.abandoned()) return done;
     finish_batch(path_count, context, film);
   }
   return samples.count();
 }
 
+void PathIntegrator::follow(PathContext& context) const {
+  while (!context.active.empty() && !world_.abandoned()) {
+    shade(context);
+    trace_shadows(context);
+    context.active.swap(context.next_active);
+    context.rays.swap(context.next_rays);
+    trace_bounces(context);
+  }
+}
+
 void PathIntegrator::trace_bounces(PathContext& context) const {
   if (context.rays.empty()) return;
   context.hits.resize(context.rays.size());
-  world_.accelerator().intersect(context.rays, context.hits);
+  accelerator_->intersect(context.rays, context.hits);
   context.counters.bounce += context.rays.size();
 }
 
@@ -144,7 +160,7 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
   const size_t count = context.shadow_rays.size();
   if (count == 0) return;
   context.occluded.resize(count);
-  world_.accelerator().occluded(context.shadow_rays, context.occluded);
+  accelerator_->occluded(context.shadow_rays, context.occluded);
   context.counters.shadow += count;
   if (world_.has_thin_walls) tint_shadows(context);
   if (context.split_light) split_shadows(context);
@@ -170,7 +186,7 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
   SurfacePoint& scratch = context.group.members[0].surface; // free: shading of the batch has ended
   for (uint32_t thin_wall = 0; thin_wall < kMaxTransparentSurfaces && !context.thin_wall_rays.empty(); ++thin_wall) {
     context.thin_wall_hits.resize(context.thin_wall_rays.size());
-    world_.accelerator().intersect(context.thin_wall_rays, context.thin_wall_hits);
+    accelerator_->intersect(context.thin_wall_rays, context.thin_wall_hits);
     context.counters.shadow += context.thin_wall_rays.size();
     size_t remaining = 0;
     for (size_t i = 0; i < context.thin_wall_rays.size(); ++i) {

@@ -8,6 +8,8 @@
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/world/light_groups.h"
 
+#include <memory>
+
 namespace kindling {
 
 // Returns the stages of the paths of a camera; `guide` may be null. They refer to all arguments but
@@ -21,8 +23,7 @@ namespace kindling {
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
-                 const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr,
-                 const SurfaceNames* names = nullptr);
+                 const PixelFilter& filter, AovSet aovs, const Guide* guide = nullptr, const AovInputs& inputs = {});
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   [[nodiscard]] std::unique_ptr<PathContext> make_path_context() const; // the same, for callers that set its recorder
@@ -38,6 +39,9 @@ class PathIntegrator final : public Integrator {
   void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;
   void finish_batch(size_t path_count, PathContext& context, Film& film) const;
+  void follow(PathContext& context) const; // from the first hits to the end of all paths
+  // Follows the samples that catchers have caught in the scene without what shades them.
+  void follow_caught(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
 
   // Steps of shade(), for the active paths [first, first + count) or [first, end).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
@@ -52,12 +56,15 @@ class PathIntegrator final : public Integrator {
 
   PathStages stages_;
   const World& world_;
+  const accel::Accelerator* accelerator_; // the World's, or that of catchers alone
   const Camera& camera_;
   Sampler sampler_;
   PixelFilter filter_;
   AovSet aovs_;
   LightGroups light_groups_; // none: not split by them
   FirstHits first_hits_;
+  const ShadowCatchers* catchers_ = nullptr; // only with Aov::shadow_catcher
+  std::unique_ptr<PathIntegrator> unshaded_; // of the scene without what shades them
 };
 
 } // namespace kindling

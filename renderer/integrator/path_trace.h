@@ -5,6 +5,9 @@
 #include "renderer/integrator/path_context.h"
 #include "renderer/world/world.h"
 
+#include <array>
+#include <utility>
+
 namespace kindling {
 
 // trace_event() appends the vertex that `fill` describes. Without a replay it costs one predicted
@@ -19,6 +22,10 @@ template <typename Fill>
 [[gnu::always_inline]] inline void trace_event(ThreadContext& context, const Fill& fill) {
   if (context.trace) [[unlikely]]
     append_event(*context.trace, fill);
+}
+
+[[nodiscard]] inline std::array<int, 3> bounces_of(const PathState& state) {
+  return {state.diffuse_bounces, state.glossy_bounces, state.transmission_bounces};
 }
 
 inline void trace_surface(ThreadContext& context, const accel::Ray& ray, const accel::Hit& hit,
@@ -36,6 +43,7 @@ inline void trace_surface(ThreadContext& context, const accel::Ray& ray, const a
     vertex.material = world.material_name(surface.material);
     vertex.throughput = state.throughput;
     vertex.radiance = state.light[0] + state.light[1] + state.light[2];
+    vertex.bounces = bounces_of(state);
   });
 }
 

@@ -54,9 +54,10 @@ struct WhittedIntegrator::IterativeSink : Sink {
 };
 
 WhittedIntegrator::WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                                     const Sampler& sampler, const PixelFilter& filter, AovSet aovs)
+                                     const Sampler& sampler, const PixelFilter& filter, AovSet aovs,
+                                     const AovInputs& inputs)
     : settings_(settings), world_(world), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
-      first_hits_(world, camera, filter_, aovs, nullptr), lights_(world.light_set()),
+      first_hits_(world, camera, filter_, aovs, inputs), lights_(world.light_set()),
       cache_(settings.whitted.cache ? std::make_unique<WhittedCache>(world.materials.size()) : nullptr),
       shader_(make_whitted_shader(settings, world, camera, sampler, lights_)) {
   shader_.cache = cache_.get();

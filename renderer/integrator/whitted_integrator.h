@@ -23,7 +23,7 @@ class WhittedContext;
 class WhittedIntegrator final : public Integrator {
  public:
   WhittedIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
-                    const Sampler& sampler, const PixelFilter& filter, AovSet aovs);
+                    const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const AovInputs& inputs);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,

@@ -59,6 +59,30 @@ Result<void> check_samples(const RenderSettings& settings) {
   return {};
 }
 
+Result<void> check_catchers(const RenderSettings& settings) {
+  if (!settings.aovs.contains(Aov::shadow_catcher)) return {};
+  if (needs_device(settings.device))
+    return refuse("--shadow-catcher: not on the device '" + std::string(device_kind_name(settings.device)) +
+                  "'; use --device cpu");
+  if (settings.integrator.kind != IntegratorKind::path)
+    return refuse("--shadow-catcher: the integrator '" + std::string(integrator_name(settings.integrator.kind)) +
+                  "' has none; use --integrator path");
+  if (settings.adaptive.enabled())
+    return refuse("--shadow-catcher: not with --noise-threshold, which does not measure the noise of shadows");
+  if (!settings.catchers) return refuse("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
+  return {};
+}
+
+Result<void> check_motion(const RenderSettings& settings, const Camera& camera) {
+  if (!settings.aovs.needs_motion()) return {};
+  const std::string flag = settings.aovs.contains(Aov::vector) ? "--aov vector" : "--aov motion";
+  if (camera.shutter_open())
+    return refuse(flag + ": not with motion blur, whose pixels show many times; leave out the shutter, such as by "
+                         "--shutter 0,0");
+  if (!settings.motion) return refuse(flag + ": needs RenderSettings::motion, the frames before and after");
+  return {};
+}
+
 Result<void> check_first_hits(const RenderSettings& settings) {
   const AovSet aovs = settings.aovs;
   if (needs_device(settings.device) && aovs.needs_first_hit()) {
@@ -114,8 +138,10 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
-  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_split_light, check_first_hits})
+  for (const auto& check :
+       {check_pixels, check_samples, check_adaptive, check_split_light, check_catchers, check_first_hits})
     if (Result<void> checked = check(settings); !checked) return checked;
+  if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||

@@ -20,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kindling {
 
@@ -53,6 +54,14 @@ struct CameraTurn {
   double angle_deg = 0.0;     // counter-clockwise as seen from the end of the axis
   V3f axis{0.0f, 1.0f, 0.0f}; // of any length but 0
   std::optional<V3f> around;  // unset: an orbit's target, else the point in view nearest to the center of the scene
+};
+
+// Differences between an image and the frames before and after it, for motion vectors.
+struct FrameStep {
+  double time_s = 1.0 / 24.0; // of the animations; 0: they are static. Without meaning for an image in the rest pose
+  double turn_deg = 0.0;      // of ImageSettings::turn
+  // In place of ImageSettings::own_camera; unset: the same one.
+  std::optional<PlacedCamera> previous_camera, next_camera;
 };
 
 // The time for which the shutter is open, relative to ImageSettings::time_s. Set either `interval`
@@ -104,12 +113,17 @@ struct ImageSettings {
   std::optional<PlacedCamera> own_camera; // replaces the scene's cameras
   std::optional<V3f> orbit;               // theta in degrees, phi in degrees, radius in meters: camera on a sphere
   V3f target{0.0f, 0.0f, 0.0f};           // center of the orbit
+  std::optional<double> orthographic_m;   // height of the image of an orbit that has no perspective
   std::optional<CameraTurn> turn;         // of the camera that these give
   std::optional<double> yfov_deg;         // vertical field of view of a perspective camera
   std::optional<double> time_s;           // of the animations; unset: the rest pose
   LensOptions lens;
   ShutterOptions shutter;
   Backfaces backfaces = Backfaces::automatic;
+  FrameStep frame_step; // used with AovSet::needs_motion()
+  // Names of nodes (name_surfaces()) which, with all nodes below them, show nothing but the shadows
+  // on them. Then the background must be transparent.
+  std::vector<std::string> shadow_catchers;
 
   std::optional<uint32_t> spp;         // samples per pixel; the maximum with a noise threshold
   std::optional<uint32_t> planned_spp; // sample count the pattern is designed for; unset: spp
@@ -131,7 +145,7 @@ struct ImageSettings {
     if (time_limit_s) return kUnlimitedSamplesPerPixel;
     return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
   }
-  // Returns the AOVs of the film: `aovs`, and those that guide a denoiser.
+  // Returns the AOVs of the film: `aovs`, those that guide a denoiser, and that of shadow catchers.
   [[nodiscard]] AovSet recorded_aovs() const;
   [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }
 };

@@ -104,6 +104,16 @@ void add_sampling(const ImageSettings& o, SortedJson& j) {
   j["--outliers"] = outliers_name(o.outliers);
 }
 
+// The frames before and after, for motion vectors alone.
+SortedJson frame_step(const FrameStep& step) {
+  SortedJson json;
+  json["time"] = json_number(step.time_s);
+  json["turn"] = json_number(step.turn_deg);
+  json["previous"] = step.previous_camera ? own_camera(*step.previous_camera) : SortedJson();
+  json["next"] = step.next_camera ? own_camera(*step.next_camera) : SortedJson();
+  return json;
+}
+
 void add_scene(const ImageSettings& o, const ResolvedImage& resolved, SortedJson& j) {
   j["--scene"] = resolved.scene;
   j["--variant"] = resolved.variant;
@@ -119,8 +129,11 @@ void add_scene(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
   j["--turn"] = o.turn ? json_number(o.turn->angle_deg) : SortedJson(); // and --turntable
   j["--orbit-axis"] = o.turn ? json_vector(o.turn->axis) : SortedJson();
   if (o.turn) j["--target"] = json_vector(o.turn->around);
+  j["--orthographic"] = o.orbit ? json_number(o.orthographic_m) : SortedJson();
   j["--fov"] = json_number(o.yfov_deg);
   j["--backfaces"] = backfaces_name(o.backfaces);
+  j["--fps"] = o.aovs.needs_motion() ? frame_step(o.frame_step) : SortedJson();
+  j["--shadow-catcher"] = o.shadow_catchers;
 }
 
 void add_lens(const LensOptions& o, SortedJson& j) {

@@ -30,8 +30,9 @@ Result<std::unique_ptr<Device>> open_checked(DeviceKind kind, const World& world
 PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const RenderSettings& settings,
                               const Guide* guide, std::string why_cpu) {
   PlacedIntegrator placed;
-  placed.integrator = make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter,
-                                      settings.aovs, guide, settings.names.get());
+  placed.integrator =
+      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, guide,
+                      {settings.names.get(), settings.motion.get(), settings.catchers.get()});
   placed.use.why_cpu = std::move(why_cpu);
   return placed;
 }

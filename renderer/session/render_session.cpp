@@ -134,7 +134,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   const TrainedGuide trained = train_guide(world, camera, untimed, nullptr, {});
   const std::unique_ptr<Integrator> integrator =
       make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs,
-                      trained.guide.get(), settings.names.get());
+                      trained.guide.get(), {.names = settings.names.get()});
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;

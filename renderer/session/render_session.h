@@ -7,8 +7,10 @@
 #include "renderer/camera/camera.h"
 #include "renderer/device/make_device.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/scene/surface_names.h"
 #include "renderer/session/adaptive_sampling.h"
@@ -60,10 +62,12 @@ struct RenderSettings {
   PixelFilter filter;
   Outliers outliers = Outliers::keep; // affects the beauty alone
   AovSet aovs;
-  std::shared_ptr<const SurfaceNames> names; // of the scene; for mattes alone, else it may be null
-  DeviceKind device = DeviceKind::cpu;       // does not change the image
-  int threads = 0;                           // 0: all cores
-  int tile_size_px = 32;                     // a multiple of kBlockSize; does not change the image
+  std::shared_ptr<const SurfaceNames> names;      // of the scene; for mattes alone, else it may be null
+  std::shared_ptr<const FrameMotion> motion;      // for AovSet::needs_motion(), else it may be null
+  std::shared_ptr<const ShadowCatchers> catchers; // of the World; for Aov::shadow_catcher, else it may be null
+  DeviceKind device = DeviceKind::cpu;            // does not change the image
+  int threads = 0;                                // 0: all cores
+  int tile_size_px = 32;                          // a multiple of kBlockSize; does not change the image
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }

@@ -42,7 +42,12 @@ void add_camera(const ImageSettings& image, Words& words) {
   words.add_text("--camera", image.camera);
   if (image.orbit) {
     words.add("--orbit", *image.orbit);
+    words.add("--orthographic", image.orthographic_m);
     words.add("--target", image.target);
+  }
+  if (image.orbit && image.turn) {
+    words.add("--turn", fmt::format("{}", image.turn->angle_deg));
+    words.add("--orbit-axis", image.turn->axis);
   }
   words.add("--fov", image.yfov_deg);
   const LensOptions& lens = image.lens;
@@ -66,6 +71,9 @@ const std::vector<std::string>& written_flags() {
                                               "--time",
                                               "--camera",
                                               "--orbit",
+                                              "--orthographic",
+                                              "--turn",
+                                              "--orbit-axis",
                                               "--target",
                                               "--fov",
                                               "--f-stop",

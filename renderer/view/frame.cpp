@@ -109,6 +109,16 @@ std::vector<float> by_bounds(std::vector<float> positions) {
   return positions;
 }
 
+// Directions of motion as red and green, relative to the longest in the image.
+std::vector<float> by_length(const std::vector<float>& vectors) {
+  float longest = 0.0f;
+  for (const float value : vectors) longest = std::max(longest, std::abs(value));
+  std::vector<float> rgb(vectors.size() / 4 * 3, 0.5f);
+  for (size_t i = 0; i < vectors.size() / 4 && longest > 0.0f; ++i)
+    for (size_t c = 0; c < 2; ++c) rgb[3 * i + c] = 0.5f + 0.5f * vectors[4 * i + c] / longest;
+  return rgb;
+}
+
 // Display values of the AOV that is shown.
 std::vector<float> display_of_aov(const LinearFrame& frame, const ViewState& state, const DisplayTransform& transform,
                                   std::array<float, 2>& range) {
@@ -122,6 +132,8 @@ std::vector<float> display_of_aov(const LinearFrame& frame, const ViewState& sta
   }
   case Aov::position:
   case Aov::position_nearest: return by_bounds(values);
+  case Aov::vector:
+  case Aov::motion: return by_length(values);
   case Aov::alpha: {
     std::vector<float> rgb(values.size() * 3);
     for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = values[i / 3];

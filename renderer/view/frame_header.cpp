@@ -60,12 +60,19 @@ CameraSeen as_orbit(const PlacedCamera& camera, double distance_m) {
   const V3f eye(m[3][0], m[3][1], m[3][2]);
   const V3f back = V3f(m[2][0], m[2][1], m[2][2]).normalized();
   constexpr double kDegrees = 180.0 / std::numbers::pi;
+  constexpr double kLevelDeg = 1e-3; // rounding of a camera that has no roll
   CameraSeen seen;
   const auto radius = static_cast<float>(distance_m);
   seen.orbit = V3f(static_cast<float>(std::atan2(back.x, back.z) * kDegrees),
                    static_cast<float>(std::acos(std::clamp(back.y, -1.0f, 1.0f)) * kDegrees), radius);
   seen.target = eye - back * radius;
+  // Of the upright camera with this direction, whose right side is level.
+  const float theta = seen.orbit.x * kPi / 180.0f;
+  const V3f right(std::cos(theta), 0.0f, -std::sin(theta)), actual(m[0][0], m[0][1], m[0][2]);
+  const double roll_deg = std::atan2(back.dot(right.cross(actual)), right.dot(actual)) * kDegrees;
+  if (std::abs(roll_deg) > kLevelDeg) seen.roll_deg = roll_deg;
   const SceneCamera& lens = camera.camera;
+  if (lens.kind == SceneCamera::Kind::orthographic) seen.orthographic_m = 2.0 * std::abs(lens.ymag);
   seen.yfov_deg = lens.kind == SceneCamera::Kind::orthographic
                       ? 2.0 * std::atan(std::abs(lens.ymag) / std::max(distance_m, 1e-6)) * kDegrees
                       : lens.yfov_rad * kDegrees;
@@ -90,6 +97,8 @@ std::string header_json(const ViewState& state, const LinearFrame* frame, const 
               {"camera",
                {{"orbit", list_of(facts.camera.orbit)},
                 {"target", list_of(facts.camera.target)},
+                {"roll", facts.camera.roll_deg},
+                {"orthographic", number_or_null(facts.camera.orthographic_m)},
                 {"fov", facts.camera.yfov_deg},
                 {"f_stop", number_or_null(facts.camera.f_stop)},
                 {"focus", number_or_null(facts.camera.focus_distance_m)}}}};
@@ -112,7 +121,8 @@ std::string describe_scene(const Renderer& renderer, const std::string& file_nam
   const Scene& scene = renderer.scene();
   json scenes = json::array(), aovs = json::array();
   for (const auto& one : scene.scenes) scenes.push_back(one.name);
-  for (const AovInfo& info : kAovs) aovs.push_back(info.name);
+  for (const AovInfo& info : kAovs)
+    if (is_offered(info.aov)) aovs.push_back(info.name);
   json variants = scene.variants;
   return text_of({{"file", file_name},
                   {"cameras", renderer.cameras()},
@@ -146,6 +156,28 @@ std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const Pic
                          {"normal", list_of(picked->surface.shading_normal)},
                          {"values", material_values(picked->surface)}};
   return text_of(result);
+}
+
+std::string describe_path(const ReplayedPath& path) {
+  json vertices = json::array();
+  for (size_t i = 0; i < path.replayed.trace.size(); ++i) {
+    const PathVertex& vertex = path.replayed.trace[i];
+    const PathWay& way = path.ways[i];
+    json entry{{"event", vertex.event},
+               {"bounce", vertex.bounce},
+               {"step", path_step_name(way.step)},
+               {"material", vertex.material},
+               {"throughput", list_of(vertex.throughput)},
+               {"radiance", list_of(vertex.radiance)},
+               {"distance", vertex.distance}};
+    if (way.seen) entry["way"] = {{(*way.seen)[0].x, (*way.seen)[0].y}, {(*way.seen)[1].x, (*way.seen)[1].y}};
+    vertices.push_back(std::move(entry));
+  }
+  return text_of({{"pixel", {path.pixel.x, path.pixel.y}},
+                  {"size", {path.size_px.x, path.size_px.y}},
+                  {"sample", path.sample},
+                  {"radiance", list_of(path.replayed.radiance)},
+                  {"vertices", vertices}});
 }
 
 uint64_t resident_bytes() {

@@ -17,13 +17,14 @@ namespace kindling {
 struct CameraSeen {
   V3f orbit{0.0f, 90.0f, 1.0f}; // theta and phi in degrees, radius in meters
   V3f target{0.0f};
+  double roll_deg = 0.0;
   double yfov_deg = 45.0;
+  std::optional<double> orthographic_m;           // height of the image; set: it has no perspective
   std::optional<double> f_stop, focus_distance_m; // of its lens
 };
 
-// Returns the orbit with the position and direction of a camera, about a target at this distance. A
-// roll is lost. An orthographic camera becomes a perspective one with the same height at the
-// target.
+// Returns the orbit with the position, direction and roll of a camera, about a target at this
+// distance. The field of view of an orthographic camera has the same height at the target.
 [[nodiscard]] CameraSeen as_orbit(const PlacedCamera& camera, double distance_m);
 
 // Values that the header has besides those of the frame.
@@ -47,6 +48,9 @@ struct HeaderFacts {
 
 // Returns the values of a pixel and its surface. `picked` may be null.
 [[nodiscard]] std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const PickedSurface* picked);
+
+// Returns a replayed path: its vertices with the ways to them.
+[[nodiscard]] std::string describe_path(const ReplayedPath& path);
 
 // Returns the bytes of memory that the process has resident; 0 if unknown.
 [[nodiscard]] uint64_t resident_bytes();

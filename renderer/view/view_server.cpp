@@ -106,6 +106,17 @@ HttpResponse ViewRequests::answer(const HttpRequest& request) const {
     const std::optional<double> x = query_number(query, "x", 1.0), y = query_number(query, "y", 1.0);
     response = x && y ? json_response(session_.describe_pixel(V2f(static_cast<float>(*x), static_cast<float>(*y))))
                       : error_response(400, "pixel: x and y are fractions from 0 to 1");
+  } else if (path == "path") {
+    constexpr double kMaxSample = 1e9;
+    const std::optional<double> x = query_number(query, "x", 1.0), y = query_number(query, "y", 1.0);
+    const std::optional<double> sample = query_number(query, "sample", kMaxSample);
+    if (!x || !y || !sample) {
+      response = error_response(400, "path: x and y are fractions from 0 to 1, sample a number from 0");
+    } else {
+      const Result<std::string> traced =
+          session_.describe_path(V2f(static_cast<float>(*x), static_cast<float>(*y)), static_cast<uint32_t>(*sample));
+      response = traced.ok() ? json_response(traced.value()) : error_response(409, traced.error().message);
+    }
   } else if (path == "save.png" || path == "save.exr") {
     response = file_response(session_.save(path == "save.png" ? FileKind::png : FileKind::exr));
   } else {

@@ -118,6 +118,16 @@ std::string ViewSession::describe_pixel(const V2f& position) const {
                                   picked ? &*picked : nullptr);
 }
 
+Result<std::string> ViewSession::describe_path(const V2f& position, uint32_t sample) const {
+  const std::unique_lock tracing(path_mutex_, std::try_to_lock);
+  if (!tracing.owns_lock()) return usage_error("another path is being traced");
+  const std::shared_lock using_renderer(renderer_mutex_, std::try_to_lock);
+  if (!using_renderer.owns_lock()) return usage_error("the scene is being loaded");
+  const Result<ReplayedPath> path = renderer_->replay(position, sample);
+  if (!path.ok()) return path.error();
+  return kindling::describe_path(path.value());
+}
+
 Result<SavedFrame> ViewSession::save(FileKind kind) const {
   LinearFramePointer frame;
   std::vector<float> denoised;

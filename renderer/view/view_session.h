@@ -74,6 +74,9 @@ class ViewSession {
   [[nodiscard]] std::string description() const;
   // Returns the values at a position of the image (Renderer::pick()), as JSON.
   [[nodiscard]] std::string describe_pixel(const V2f& position) const;
+  // Renders a sample of the pixel at a position again (Renderer::replay()). Returns its path, as
+  // JSON. Fails (usage) as that does, and while another path is traced.
+  [[nodiscard]] Result<std::string> describe_path(const V2f& position, uint32_t sample) const;
   // Returns the last displayed image as a file. Fails (usage) if there is none, or as make_file().
   [[nodiscard]] Result<SavedFrame> save(FileKind kind) const;
 
@@ -114,7 +117,8 @@ class ViewSession {
 
   mutable std::shared_mutex renderer_mutex_; // held exclusively while the Renderer is replaced
   std::optional<Renderer> renderer_;
-  std::string description_; // by mutex_
+  std::string description_;       // by mutex_
+  mutable std::mutex path_mutex_; // held while a path is traced
 
   mutable std::mutex mutex_; // guards all below
   std::condition_variable changed_;

@@ -107,6 +107,8 @@ Result<void> set_member(const std::string& member, const json& value, ViewState&
     camera.target = *target;
     return {};
   }
+  if (member == "roll") return set_number(value, member, -360.0, 360.0, camera.roll_deg);
+  if (member == "orthographic") return set_number(value, member, 1e-6, kMaxCoordinate, camera.orthographic_m);
   if (member == "fov") return set_number(value, member, 0.1, 170.0, camera.yfov_deg);
   if (member == "f_stop") return set_number(value, member, 0.0, 1000.0, camera.f_stop);
   if (member == "focus") return set_number(value, member, 1e-6, kMaxCoordinate, camera.focus_distance_m);
@@ -128,7 +130,7 @@ Result<void> set_member(const std::string& member, const json& value, ViewState&
   if (member == "shown") {
     const std::optional<Aov> aov =
         value.is_string() ? aov_from_name(value.get_ref<const std::string&>()) : std::optional<Aov>();
-    if (!aov) return wrong(member, "the name of an AOV");
+    if (!aov || !is_offered(*aov)) return wrong(member, "the name of an AOV");
     state.shown = *aov;
     return {};
   }
@@ -155,6 +157,7 @@ ViewState initial_state(const ViewOptions& options) {
   state.camera.name = image.camera;
   state.camera.orbit = image.orbit;
   state.camera.target = image.target;
+  state.camera.orthographic_m = image.orthographic_m;
   state.camera.yfov_deg = image.yfov_deg;
   state.camera.f_stop = image.lens.pinhole ? std::optional(0.0) : image.lens.f_stop;
   state.camera.focus_distance_m = image.lens.focus_distance_m;
@@ -185,6 +188,8 @@ std::string to_json(const ViewState& state) {
   json result{{"camera", camera.name},
               {"orbit", camera.orbit ? json{camera.orbit->x, camera.orbit->y, camera.orbit->z} : json()},
               {"target", {camera.target.x, camera.target.y, camera.target.z}},
+              {"roll", camera.roll_deg},
+              {"orthographic", number_or_null(camera.orthographic_m)},
               {"fov", number_or_null(camera.yfov_deg)},
               {"f_stop", number_or_null(camera.f_stop)},
               {"focus", number_or_null(camera.focus_distance_m)},
@@ -211,6 +216,16 @@ ImageSettings image_settings(const ViewState& state, const ViewOptions& options)
   image.orbit = camera.orbit;
   image.target = camera.target;
   image.yfov_deg = camera.yfov_deg;
+  image.orthographic_m.reset();
+  if (camera.orbit && camera.orthographic_m) {
+    image.orthographic_m = camera.orthographic_m;
+    image.yfov_deg.reset();
+  }
+  if (camera.orbit && camera.roll_deg != 0.0) {
+    const M44f placed =
+        orbit_camera({camera.orbit->x, camera.orbit->y, camera.orbit->z, camera.target}).camera_to_world;
+    image.turn = CameraTurn{camera.roll_deg, V3f(placed[2][0], placed[2][1], placed[2][2]), camera.target};
+  }
   image.time_s = state.time_s;
   if (camera.f_stop) {
     image.lens.pinhole = *camera.f_stop == 0.0;

@@ -30,11 +30,16 @@ struct ViewCamera {
   std::string name; // of the scene's camera, or its index; empty: the first, or the fitted one
   std::optional<V3f> orbit;
   V3f target{0.0f};
+  double roll_deg = 0.0;                // of an orbit, about its viewing direction: --turn
+  std::optional<double> orthographic_m; // of an orbit: ImageSettings::orthographic_m
   std::optional<double> yfov_deg;
   std::optional<double> f_stop;           // unset: that of the camera; 0: none
   std::optional<double> focus_distance_m; // unset: that of the camera
   bool operator==(const ViewCamera&) const = default;
 };
+
+// AOVs that a view can show; it has no shadow catchers.
+[[nodiscard]] constexpr bool is_offered(Aov aov) { return aov != Aov::shadow_catcher; }
 
 struct ViewState {
   // --- camera and time, which change while somebody moves ---

@@ -65,6 +65,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--aov", {true, {"-o", "a.exr"}, {"--aov", "depth"}}},
       {"--light-groups", {true, {"-o", "a.exr"}, {"--light-groups", "kind"}}},
       {"--cryptomatte", {true, {"-o", "a.exr"}, {"--cryptomatte", "object"}}},
+      {"--shadow-catcher", {true, kNone, {"--shadow-catcher", "floor"}}},
       {"--cryptomatte-levels", {false, kNone, {"--cryptomatte-levels", "4"}}},
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},
@@ -94,11 +95,14 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--force", {false, {"--checkpoint", "a.kacc"}, {"--force"}}},
       {"--camera", {true, kNone, {"--camera", "1"}}},
       {"--orbit", {true, kNone, {"--orbit", "1,2,3"}}},
+      {"--orthographic", {true, {"--orbit", "1,2,3"}, {"--orthographic", "2"}}},
       {"--target", {true, {"--orbit", "1,2,3"}, {"--target", "1,0,0"}}},
       {"--turn", {true, kNone, {"--turn", "30"}}},
       {"--orbit-axis", {true, {"--turn", "30"}, {"--orbit-axis", "z"}}},
       {"--turntable", {true, kNone, {"--turntable", "4", "-o", "a##.png"}}}, // each frame has a --turn
-      {"--camera-path", {false, kNone, {"--camera-path", "a.json"}}},        // becomes the image's own camera
+      {"--turntable-animated",
+       {false, {"--turntable", "4", "-o", "a##.png"}, {"--turntable-animated"}}}, // each frame has a --time
+      {"--camera-path", {false, kNone, {"--camera-path", "a.json"}}},             // becomes the image's own camera
       {"--fov", {true, kNone, {"--fov", "30"}}},
       {"--backfaces", {true, kNone, {"--backfaces", "cull"}}},
       {"--f-stop", {true, kNone, {"--f-stop", "none"}}},

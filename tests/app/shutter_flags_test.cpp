@@ -72,7 +72,8 @@ TEST(ShutterFlags, RefuseWrongValues) {
   EXPECT_NE(refusal({"--shutter-angle", "-10", "--fps", "24"}).find("--shutter-angle: "), std::string::npos);
   EXPECT_NE(refusal({"--shutter-angle", "361", "--fps", "24"}).find("--shutter-angle: "), std::string::npos);
   EXPECT_NE(refusal({"--shutter-angle", "180", "--fps", "0"}).find("--fps: "), std::string::npos);
-  EXPECT_EQ(refusal({"--fps", "24"}), "--fps: has no meaning without --shutter-angle, --frames or --turntable");
+  EXPECT_EQ(refusal({"--fps", "24"}),
+            "--fps: has no meaning without --shutter-angle, --frames, --turntable or --aov vector or motion");
   EXPECT_EQ(refusal({"--shutter-angle", "180"}), "--shutter-angle: needs --fps, the frames per second");
   EXPECT_EQ(refusal({"--shutter", "0,1", "--shutter-angle", "180", "--fps", "24"}),
             "--shutter and --shutter-angle: give one of them");

@@ -134,6 +134,62 @@ TEST_F(TurntableCommand, VideosGetTheFramesThroughAPipe) {
   EXPECT_FALSE(exists("scene-0000.png"));
 }
 
+// Frames whose images exist and are whole are not rendered again for a video.
+TEST_F(TurntableCommand, VideosTakeTheFramesThatExist) {
+  write_ffmpeg("cat > \"$last\"\n");
+  const Words words{"--turntable", "3", "-o", "spin.mp4", "-o", "t_#.png"};
+  expect_done(words);
+  const std::string video = read_file("spin.mp4");
+  std::filesystem::remove(folder_ / "t_1.png");
+  const ProgramResult resumed = render(words);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_NE(resumed.err.find("skipped 2 frames that were there: 0, 2"), std::string::npos) << resumed.err;
+  EXPECT_EQ(read_file("spin.mp4"), video);
+  EXPECT_TRUE(exists("t_1.png"));
+  // The frames come from the files: one that is another image gets into the video.
+  std::filesystem::copy_file(folder_ / "t_2.png", folder_ / "t_0.png",
+                             std::filesystem::copy_options::overwrite_existing);
+  expect_done(words);
+  const size_t frame = video.size() / 3;
+  EXPECT_EQ(read_file("spin.mp4"), video.substr(2 * frame) + video.substr(frame));
+  // What is damaged, or not the image of the video, is rendered again.
+  write_file("t_0.png", read_file("t_0.png").substr(0, 200));
+  expect_done(words);
+  EXPECT_EQ(read_file("spin.mp4"), video);
+  const Words clear{"--turntable", "3", "--background", "transparent", "-o", "clear.mp4", "-o", "c_#.png"};
+  expect_done(clear);
+  const ProgramResult again = render(clear);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.err.find("skipped"), std::string::npos) << again.err;
+  // Another size is noticed.
+  Words larger = words;
+  larger.insert(larger.end(), {"--size", "32x16"});
+  std::filesystem::remove(folder_ / "t_2.png");
+  const ProgramResult different = render(larger);
+  EXPECT_EQ(different.exit_code, 4) << different.err;
+  EXPECT_NE(different.err.find("a frame has 32x16 pixels, the first one 24x16"), std::string::npos) << different.err;
+  EXPECT_EQ(read_file("spin.mp4"), video);
+}
+
+TEST_F(TurntableCommand, AnimationsAdvanceWhereAsked) {
+  const auto turn = [&](const Words& more) {
+    Words words{"render", KINDLING_SCENES "/tiny/animation.gltf", "--size", "24x16", "--spp", "2", "--progress",
+                "none"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramResult result = run_program(words, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  };
+  turn({"--turntable", "4", "--turntable-animated", "--fps", "8", "--time", "0.25", "-o", "a_#.exr"});
+  turn({"--turntable", "4", "--time", "0.25", "-o", "s_#.exr"});
+  turn({"--turn", "180", "--time", "0.5", "-o", "moved.exr"});
+  turn({"--turn", "180", "--time", "0.25", "-o", "still.exr"});
+  EXPECT_EQ(pixels("a_2.exr"), pixels("moved.exr"));
+  EXPECT_EQ(pixels("s_2.exr"), pixels("still.exr"));
+  EXPECT_NE(pixels("a_2.exr"), pixels("s_2.exr"));
+  EXPECT_EQ(pixels("a_0.exr"), pixels("s_0.exr"));
+  expect_refused({"--turntable-animated"}, "--turntable-animated: has no meaning without --turntable");
+}
+
 TEST_F(TurntableCommand, FailuresOfFfmpegAreReported) {
   write_file("spin.mp4", "before");
   write_ffmpeg("cat > /dev/null\necho 'some notice' >&2\necho 'Unknown encoder' >&2\nexit 1\n");

@@ -23,7 +23,8 @@ Camera camera_with(const CameraLens& lens = {}) {
 RenderSettings all_aovs(uint32_t samples) {
   RenderSettings settings = small_render(kSize, samples);
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov)) settings.aovs.insert(info.aov);
+    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && info.aov != Aov::shadow_catcher)
+      settings.aovs.insert(info.aov);
   return settings;
 }
 

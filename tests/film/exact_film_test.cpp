@@ -189,7 +189,8 @@ TEST(ExactFilm, PlanesFollowRequestedAovs) {
                                             {"blocks", 224},
                                             {"light passes", 480},
                                             {"lobe colors", 72},
-                                            {"nearest", 40}}));
+                                            {"nearest", 56},
+                                            {"shadow catcher", 104}}));
   Film grouped({1, 1}, {{0, 0}, {1, 1}}, {});
   grouped.split_by_light_groups({"key", "fill", "sky"});
   EXPECT_EQ(grouped.planes().back().name, "light groups");

@@ -84,10 +84,11 @@ TEST_F(WriteFilm, ExrHasOneLayerForEachAov) {
   const Result<void> written = write_film(path, gradient_film(aovs), view("Raw"), metadata, {});
   ASSERT_TRUE(written.ok()) << written.error().message;
   const std::string exr = contents(path);
-  for (const char* name : {"albedo.R",    "normal.X",    "Z",          "position.Z", "emission.G", "direct.B",
-                           "indirect.R",  "samples",     "variance",   "DiffDir.R",  "DiffInd.G",  "DiffCol.B",
-                           "GlossDir.R",  "GlossInd.R",  "GlossCol.R", "TransDir.R", "TransInd.R", "TransCol.R",
-                           "VolumeDir.R", "VolumeInd.R", "Emit.R",     "Env.R"})
+  for (const char* name :
+       {"albedo.R",         "normal.X",          "Z",           "position.Z", "emission.G", "direct.B",   "indirect.R",
+        "kindling.samples", "kindling.variance", "DiffDir.R",   "DiffInd.G",  "DiffCol.B",  "Vector.W",   "forward.u",
+        "backward.v",       "shadow_catcher.G",  "GlossDir.R",  "GlossInd.R", "GlossCol.R", "TransDir.R", "TransInd.R",
+        "TransCol.R",       "VolumeDir.R",       "VolumeInd.R", "Emit.R",     "Env.R"})
     EXPECT_TRUE(has_channel(exr, name)) << name;
   for (const char* name : {"kindling:commandLine", "worldToCamera", "worldToNDC", "dataWindow"})
     EXPECT_NE(exr.find(name), std::string::npos) << name;

@@ -54,7 +54,8 @@ RenderSettings whitted_form(uint32_t spp) {
   settings.integrator.whitted.light_strata = 2;
   settings.integrator.whitted.glossy_strata = 2;
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov)) settings.aovs.insert(info.aov);
+    if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
+      settings.aovs.insert(info.aov);
   return settings;
 }
 

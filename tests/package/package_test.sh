@@ -26,6 +26,42 @@ for file in a.png a.exr a.jpg; do [ -s "$root/tmp/$file" ] || fail "no $file was
 in_root kindling render $scene --size 16x16 --spp 1 --texture-memory 16M -o /tmp/b.png --quiet >/dev/null
 in_root kindling shootout $scene --rays-per-kind 256 --repeat 1 --build-repeat 1 --quiet >/dev/null
 
+say "Opening the page of its view"
+chroot "$root" kindling view $scene --port 0 --size 64x36 --spp 1 >"$root/view.link" 2>"$root/view.log" &
+view=$!
+trap 'kill $view 2>/dev/null; remove_root' EXIT
+for _ in $(seq 100); do [ -s "$root/view.link" ] && break || sleep 0.2; done
+link=$(head -n 1 "$root/view.link")
+[ -n "$link" ] || fail "kindling view printed no link: $(cat "$root/view.log")"
+# The page, with its token, a file that it names, and the first image.
+python3 - "$link" <<'END' || fail "kindling view does not serve its page"
+import sys, time, urllib.error, urllib.request
+
+link = sys.argv[1].rstrip("/") + "/"
+def get(name):
+    with urllib.request.urlopen(link + name, timeout=30) as response:
+        return response.read()
+assert b"<title>Kindling</title>" in get(""), "no page"
+assert b"import" in get("main.js"), "no script"
+for _ in range(50):
+    if b"\xff\xd8\xff" in get("frame?after=0&image=0"):
+        break
+    time.sleep(0.2)
+else:
+    raise AssertionError("no image")
+try:
+    urllib.request.urlopen(link[:-33] + "0" * 32 + "/", timeout=30)
+except urllib.error.HTTPError as error:
+    assert error.code == 403, error
+else:
+    raise AssertionError("a wrong token is accepted")
+END
+kill $view
+code=0
+wait $view || code=$?
+[ "$code" -eq 143 ] || fail "kindling view ended with $code instead of 143"
+trap remove_root EXIT
+
 say "Looking at its documentation"
 in_root sh -c 'zcat /usr/share/man/man1/kindling.1.gz' | grep -q '^\.SH EXIT STATUS' || fail "there is no manual page"
 in_root bash -c 'source /usr/share/bash-completion/completions/kindling

@@ -31,7 +31,7 @@ TEST_P(Determinism, SameBitsForThreadsTilesAndBatches) {
   const auto world = mixed_world(GetParam());
   RenderSettings settings = small_render(kSize, 7);
   settings.integrator.roulette_start_bounce = 2;
-  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  add_aovs_of_camera(settings);
   add_mattes(settings);
   settings.threads = 1;
   const Film reference = render_film(*world, settings);

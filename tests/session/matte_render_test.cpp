@@ -231,7 +231,7 @@ TEST(NearestSamples, ShowOneSurface) {
     RenderSettings settings = small_render(kMatteSize, kMatteSpp);
     settings.integrator.kind = kind;
     for (const AovInfo& info : kAovs)
-      if (is_of_nearest(info.aov)) settings.aovs.insert(info.aov);
+      if (is_of_nearest(info.aov) && !is_motion(info.aov)) settings.aovs.insert(info.aov);
     const Film film = film_of(*world, settings);
     const std::vector<float> object = film.resolve(Aov::object_id), material = film.resolve(Aov::material_id);
     const std::vector<float> depth = film.resolve(Aov::depth_nearest), position = film.resolve(Aov::position_nearest);

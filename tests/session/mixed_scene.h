@@ -50,6 +50,12 @@ inline void add_mattes(RenderSettings& settings) {
   settings.names = numbered_names();
 }
 
+// Adds all AOVs that need nothing but a World and a camera.
+inline void add_aovs_of_camera(RenderSettings& settings) {
+  for (const AovInfo& info : kAovs)
+    if (!is_motion(info.aov) && info.aov != Aov::shadow_catcher) settings.aovs.insert(info.aov);
+}
+
 inline std::unique_ptr<const World> mixed_world(accel::Kind kind) {
   return make_world(mixed_scene(), kind, std::make_shared<Environment>(Rgb(0.4f, 0.5f, 0.6f)));
 }

@@ -23,7 +23,7 @@ TEST_P(MovingDeterminism, SameBitsForThreadsTilesBatchesAndCrops) {
   const auto world = moving_world(GetParam());
   RenderSettings settings = small_render(kMovingSize, 7);
   settings.integrator.roulette_start_bounce = 2;
-  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  add_aovs_of_camera(settings);
   add_mattes(settings);
   settings.threads = 1;
   const Film reference = render_moving(*world, settings);

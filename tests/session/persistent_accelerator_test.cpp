@@ -108,7 +108,7 @@ PosedScene pose(Scene& scene, const Moment& moment, int veil, bool shutter) {
 
 Film render_persistent(const World& world) {
   RenderSettings settings = small_render(kPersistentSize, 5);
-  for (const AovInfo& info : kAovs) settings.aovs.insert(info.aov);
+  add_aovs_of_camera(settings);
   const Camera camera(SceneCamera{}, look_at(V3f(0.5f, 0.8f, 5.5f), V3f(0.0f)), kPersistentSize,
                       CameraMotion{.shutter_open = world.has_motion});
   Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);

@@ -45,7 +45,15 @@ class SplitScene {
  public:
   explicit SplitScene(const SplitCase& what)
       : kind_(what.kind),
-        world_(what.kind == SplitKind::moving ? moving_world(what.accelerator) : mixed_world(what.accelerator)) {}
+        world_(what.kind == SplitKind::moving ? moving_world(what.accelerator) : mixed_world(what.accelerator)) {
+    WorldOptions options;
+    options.accelerator = what.accelerator;
+    std::vector<uint8_t> nodes(16, 0);
+    nodes[1] = 1; // the floor
+    catchers_ = ShadowCatchers::make(*world_, std::move(nodes), options, nullptr);
+    const auto beside = [](float x) { return Camera(SceneCamera{}, look_at(V3f(x, 1.2f, 6), V3f(0.0f)), kSize); };
+    motion_ = std::make_shared<const FrameMotion>(FrameMotion{{{}, beside(1.4f)}, {{}, beside(1.7f)}});
+  }
 
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
@@ -61,7 +69,9 @@ class SplitScene {
     RenderSettings settings = small_render(kSize, 9);
     settings.integrator.roulette_start_bounce = 2;
     for (const AovInfo& info : kAovs)
-      if (kind_ != SplitKind::whitted || !is_light_pass(info.aov)) settings.aovs.insert(info.aov);
+      if (is_possible(info.aov)) settings.aovs.insert(info.aov);
+    settings.motion = motion_;
+    if (settings.aovs.contains(Aov::shadow_catcher)) settings.catchers = catchers_;
     if (kind_ != SplitKind::whitted) settings.integrator.light_groups = LightGrouping::name;
     settings.outliers = Outliers::trim;
     if (kind_ != SplitKind::whitted) add_mattes(settings);
@@ -96,8 +106,16 @@ class SplitScene {
  private:
   static inline const V2i kSize{43, 29}; // not a multiple of anything
 
+  [[nodiscard]] bool is_possible(Aov aov) const {
+    if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
+    if (kind_ == SplitKind::moving && is_motion(aov)) return false;
+    return aov != Aov::shadow_catcher || (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive);
+  }
+
   SplitKind kind_;
   std::unique_ptr<const World> world_;
+  std::shared_ptr<const ShadowCatchers> catchers_;
+  std::shared_ptr<const FrameMotion> motion_;
 };
 
 // Other threads, tiles, batches and schedules.

@@ -40,6 +40,7 @@ TEST(CommandWords, NumbersKeepTheirBits) {
   image.orbit = V3f(-0.1f, std::nextafter(80.0f, 90.0f), 1.0f / 3.0f);
   image.target = V3f(-1e-20f, 1e7f / 3.0f, 0.1f);
   image.yfov_deg = 100.0 / 3.0;
+  image.turn = CameraTurn{-100.0 / 7.0, V3f(0.1f, -1.0f / 3.0f, 1e-8f), image.target};
   image.time_s = -0.7;
   image.lens.f_stop = 1.1;
   image.lens.focus_distance_m = 2.0 / 3.0;
@@ -58,6 +59,10 @@ TEST(CommandWords, NumbersKeepTheirBits) {
   EXPECT_EQ(read.orbit, image.orbit);
   EXPECT_EQ(read.target, image.target);
   EXPECT_EQ(read.yfov_deg, image.yfov_deg);
+  ASSERT_TRUE(read.turn.has_value());
+  EXPECT_EQ(read.turn->angle_deg, image.turn->angle_deg);
+  EXPECT_EQ(read.turn->axis, image.turn->axis);
+  EXPECT_EQ(read.turn->around, image.turn->around);
   EXPECT_EQ(read.time_s, image.time_s);
   EXPECT_EQ(read.lens.f_stop, image.lens.f_stop);
   EXPECT_EQ(read.lens.focus_distance_m, image.lens.focus_distance_m);
@@ -77,10 +82,20 @@ TEST(CommandWords, NumbersKeepTheirBits) {
   EXPECT_EQ(read.outputs.front(), "a b-37spp.exr");
 }
 
+TEST(CommandWords, OrbitsWithoutPerspective) {
+  ImageSettings image = some_image();
+  image.orbit = V3f(0, 90, 2);
+  image.orthographic_m = 10.0 / 3.0;
+  const app::RenderOptions read = options_of(command_words(frame_of(image), {}, "a.glb", {}));
+  EXPECT_EQ(read.orthographic_m, image.orthographic_m);
+  EXPECT_FALSE(read.yfov_deg.has_value());
+}
+
 TEST(CommandWords, DefaultsAreLeftOut) {
   const std::vector<std::string> words = command_words(frame_of(some_image()), {}, "a.glb", {});
-  for (const char* flag : {"--orbit", "--target", "--fov", "--time", "--camera", "--seed", "--guiding", "--studio",
-                           "--backfaces", "--aov", "--view", "--exposure", "--f-stop", "--denoise"})
+  for (const char* flag :
+       {"--orbit", "--orthographic", "--turn", "--target", "--fov", "--time", "--camera", "--seed", "--guiding",
+        "--studio", "--backfaces", "--aov", "--view", "--exposure", "--f-stop", "--denoise"})
     EXPECT_EQ(std::find(words.begin(), words.end(), flag), words.end()) << flag;
   EXPECT_EQ(words.back(), "a-37spp.png");
   (void)options_of(words);

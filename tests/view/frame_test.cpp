@@ -98,6 +98,31 @@ TEST(Frame, CamerasBecomeOrbitsAndBack) {
   flat.camera.kind = SceneCamera::Kind::orthographic;
   flat.camera.ymag = 2.0f;
   EXPECT_NEAR(as_orbit(flat, 2.0).yfov_deg, 90.0, 1e-4) << "the same height at the target";
+  EXPECT_EQ(as_orbit(flat, 2.0).orthographic_m, 4.0);
+  EXPECT_FALSE(as_orbit(orbit_camera({}), 2.0).orthographic_m.has_value());
+}
+
+TEST(Frame, CamerasKeepTheirRoll) {
+  for (const V3f& angles : {V3f(0, 90, 1), V3f(33, 20, 4), V3f(-170, 150, 0.25f), V3f(80, 90, 3)})
+    for (const double roll_deg : {0.0, 15.0, -100.0, 179.0}) {
+      const V3f target(1, 2, 3);
+      const PlacedCamera level = orbit_camera({angles.x, angles.y, angles.z, target, 40.0f});
+      const M44f& m = level.camera_to_world;
+      const PlacedCamera rolled = turn_camera(level, roll_deg, V3f(m[2][0], m[2][1], m[2][2]), target);
+      const CameraSeen seen = as_orbit(rolled, angles.z);
+      EXPECT_NEAR(seen.roll_deg, roll_deg, 1e-2) << angles.x;
+      EXPECT_TRUE(roll_deg != 0.0 || seen.roll_deg == 0.0) << "rounding is no roll";
+      // The settings that a page makes of it show the same.
+      ViewState state{.size_px = V2i(64, 48)};
+      state.camera.orbit = seen.orbit;
+      state.camera.target = seen.target;
+      state.camera.roll_deg = seen.roll_deg;
+      const ImageSettings image = image_settings(state, {});
+      PlacedCamera again = orbit_camera({image.orbit->x, image.orbit->y, image.orbit->z, image.target, 40.0f});
+      if (image.turn) again = turn_camera(again, image.turn->angle_deg, image.turn->axis, *image.turn->around);
+      EXPECT_TRUE(again.camera_to_world.equalWithAbsError(rolled.camera_to_world, 1e-4f))
+          << angles.x << " " << roll_deg;
+    }
 }
 
 TEST(Frame, QueriesHaveNumbersInRange) {

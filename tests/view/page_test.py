@@ -6,6 +6,7 @@
 Skipped (exit code 77) without chromium and chromium-driver.
 """
 # SPDX-License-Identifier: Apache-2.0
+import json
 import os
 import shlex
 import signal
@@ -110,6 +111,36 @@ class Page(unittest.TestCase):
         self.assertEqual(header["state"]["f_stop"], 2.8)
         browser.wait("document.querySelector('#focus-value').textContent.endsWith(' m')")
         browser.wait(COMPLETE)
+        self.assertEqual(browser.messages(), [])
+
+    def test_path_of_a_sample(self):
+        view = self.view()
+        browser = self.opened(view)
+        x, y, width, height = browser.box("#canvas")
+        self.assertTrue(browser.script("return document.querySelector('#path-actions').hidden"))
+        browser.pointer(("move", x + width * 0.5, y + height * 0.8, 0), "down", "up")
+        browser.wait("!document.querySelector('#path-actions').hidden")
+        browser.click("#path-show")
+        browser.wait("document.querySelectorAll('#path-events li').length > 1")
+        self.assertIn("Sample 0 of pixel", browser.text("#path-note"))
+        events = browser.text("#path-events")
+        self.assertIn("camera", events)
+        self.assertIn("surface", events)
+        lines, colors = browser.script("""
+            const lines = [...document.querySelectorAll("#path line:not(.below)")];
+            return [lines.length, lines.map((line) => getComputedStyle(line).stroke)];""")
+        answer = json.loads(view.get("path?x=0.5&y=0.8&sample=0")[2])
+        self.assertEqual(lines, sum(1 for vertex in answer["vertices"] if vertex.get("way") and vertex["step"] != "camera"))
+        self.assertTrue(all(color.startswith("rgb") for color in colors), colors)
+        # The path is that of the replay on the command line.
+        where = ",".join(str(n) for n in answer["pixel"])
+        words = shlex.split(view.frame()[0]["command"])[1:]
+        replay = subprocess.run([PROGRAM, *words[:words.index("-o")], "--pixel", where, "--sample", "0", "-q"], check=True, capture_output=True, text=True).stdout
+        self.assertEqual(len(replay.splitlines()), 2 + len(answer["vertices"]), replay)
+        browser.click("#path-next")
+        browser.wait("document.querySelector('#path-note').textContent.startsWith('Sample 1 of')")
+        browser.wheel(x + width / 2, y + height / 2, -200)
+        browser.wait("document.querySelector('#path').hidden && document.querySelectorAll('#path line').length === 0", of="a moved camera hides the path")
         self.assertEqual(browser.messages(), [])
 
     def test_copied_command_renders_the_image(self):

@@ -252,6 +252,15 @@ class Commands(unittest.TestCase):
             view.change(spp=5, size=[80, 40])
             view.wait_for(lambda h: h["frame"]["moving"])
             self.check(view, folder)
+            view.change(roll=-33.3, f_stop=None, focus=None)
+            view.wait_for(lambda h: h["frame"]["moving"])
+            header = self.check(view, folder)
+            self.assertAlmostEqual(header["camera"]["roll"], -33.3, places=3)
+            view.change(orthographic=1.7, fov=None)
+            view.wait_for(lambda h: h["frame"]["moving"])
+            header = self.check(view, folder)
+            self.assertIn("--orthographic 1.7", header["command"])
+            self.assertAlmostEqual(header["camera"]["orthographic"], 1.7, places=4)
 
     def test_scenes_with_decisions(self):
         """Decisions on studio and backs of faces are flags of the line."""

@@ -16,7 +16,7 @@ ViewState state_after(const std::string& text, ViewState state = {}) {
 
 TEST(ViewState, EveryMemberIsReadAndWritten) {
   const std::string all =
-      R"({"camera":"Left","orbit":[10.5,80,2.25],"target":[1,2,3],"fov":33.5,"f_stop":2.8,"focus":1.5,
+      R"({"camera":"Left","orbit":[10.5,80,2.25],"target":[1,2,3],"roll":-12.5,"orthographic":3.5,"fov":33.5,"f_stop":2.8,"focus":1.5,
     "time":0.25,"size":[320,180],"spp":37,"guiding":false,"shown":"depth","scene":"1","variant":"red","view":"AgX",
     "exposure":-1.5,"false_color":true,"denoise":true})";
   const ViewState state = state_after(all);
@@ -40,6 +40,9 @@ TEST(ViewState, WrongMembersChangeNothing) {
                            R"({"orbit":"0,0,1"})",
                            R"({"target":[0,0,1e30]})",
                            R"({"fov":0})",
+                           R"({"roll":null})",
+                           R"({"roll":361})",
+                           R"({"orthographic":0})",
                            R"({"fov":true})",
                            R"({"size":[15,64]})",
                            R"({"size":[64,4097]})",
@@ -47,6 +50,7 @@ TEST(ViewState, WrongMembersChangeNothing) {
                            R"({"spp":65537})",
                            R"({"guiding":1})",
                            R"({"shown":"beautiful"})",
+                           R"({"shown":"shadow_catcher"})",
                            R"({"exposure":null})",
                            R"({"exposure":1e9})",
                            R"({"variant":7})",
@@ -68,7 +72,8 @@ TEST(ViewState, ChangesHaveTheirExtent) {
     EXPECT_EQ(compare(state, state_after(text, state)), ViewChange::display) << text;
   for (const char* text : {R"({"spp":5})", R"({"size":[64,64]})", R"({"shown":"normal"})", R"({"guiding":false})"})
     EXPECT_EQ(compare(state, state_after(text, state)), ViewChange::image) << text;
-  for (const char* text : {R"({"orbit":[0,90,1]})", R"({"time":1})", R"({"camera":"1"})", R"({"focus":1})"})
+  for (const char* text : {R"({"orbit":[0,90,1]})", R"({"roll":5})", R"({"orthographic":5})", R"({"time":1})",
+                           R"({"camera":"1"})", R"({"focus":1})"})
     EXPECT_EQ(compare(state, state_after(text, state)), ViewChange::motion) << text;
   for (const char* text : {R"({"variant":"red"})", R"({"scene":"1"})"})
     EXPECT_EQ(compare(state, state_after(text, state)), ViewChange::world) << text;
@@ -91,6 +96,21 @@ TEST(ViewState, OptionsAreDefaults) {
   ViewState moved = state;
   moved.camera.orbit = V3f(0.0f, 90.0f, 1.0f);
   EXPECT_EQ(image_settings(moved, options).camera, "") << "an orbit replaces the camera";
+}
+
+TEST(ViewState, RollAndHeightAreOfOrbits) {
+  const ViewState state = state_after(R"({"size":[64,48],"roll":30,"orthographic":4,"fov":50})");
+  const ImageSettings still = image_settings(state, {});
+  EXPECT_FALSE(still.turn.has_value());
+  EXPECT_FALSE(still.orthographic_m.has_value());
+  EXPECT_EQ(still.yfov_deg, 50.0);
+  const ImageSettings moved = image_settings(state_after(R"({"orbit":[90,90,2],"target":[1,2,3]})", state), {});
+  ASSERT_TRUE(moved.turn.has_value());
+  EXPECT_EQ(moved.turn->angle_deg, 30.0);
+  EXPECT_LT((moved.turn->axis - V3f(1, 0, 0)).length(), 1e-6f) << "from the target to the eye";
+  EXPECT_EQ(moved.turn->around, V3f(1, 2, 3));
+  EXPECT_EQ(moved.orthographic_m, 4.0);
+  EXPECT_FALSE(moved.yfov_deg.has_value()) << "an image without perspective has no field of view";
 }
 
 TEST(ViewState, FocusNeedsALens) {

@@ -82,7 +82,10 @@ Result<void> check_pattern(const char* flag, const std::filesystem::path& name) 
 
 // Numbers the frames of a turntable.
 Result<void> check_turntable(const FlagSet& flags, RenderOptions& o) {
-  if (!flags.given("--turntable")) return {};
+  if (!flags.given("--turntable")) {
+    if (o.frames.turntable_animated) return usage_error("--turntable-animated: has no meaning without --turntable");
+    return {};
+  }
   if (flags.given("--turn")) return usage_error("--turn and --turntable: give one of them");
   if (o.turntable_s) {
     const double frames = std::round(*o.turntable_s * o.shutter.frames_per_s.value_or(kDefaultFramesPerSecond));
@@ -99,6 +102,13 @@ Result<void> check_turntable(const FlagSet& flags, RenderOptions& o) {
   }
   if (!o.turn) o.turn.emplace();
   return {};
+}
+
+// Sets how the frames before and after each image differ from it.
+void set_frame_step(RenderOptions& o) {
+  const bool is_at_rest = o.frames.turntable && !o.frames.turntable_animated;
+  o.frame_step.time_s = is_at_rest ? 0.0 : 1.0 / o.shutter.frames_per_s.value_or(kDefaultFramesPerSecond);
+  o.frame_step.turn_deg = o.frames.turntable ? 360.0 / *o.frames.turntable : 0.0;
 }
 
 } // namespace
@@ -135,6 +145,10 @@ void add_frame_flags(FlagSet& flags, RenderOptions& o) {
                 if (counts) return store(parse_integer(text, 1, kLastFrame), o.frames.turntable);
                 return store(parse_duration(text), o.turntable_s);
               });
+  flags.toggle(
+      "--turntable-animated",
+      "The animations advance during a turntable: frame F shows the time --time + F / --fps [they rest at --time]",
+      o.frames.turntable_animated);
   flags.value(
       "--camera-path", "FILE",
       "Camera that moves along a path at the times of the frames: keys in a .json file, or the camera (--camera, "
@@ -148,6 +162,7 @@ void add_frame_flags(FlagSet& flags, RenderOptions& o) {
 Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
   if (!o.camera_path.empty() && o.orbit) return usage_error("--camera-path and --orbit: give one of them");
   if (Result<void> turned = check_turntable(flags, o); !turned.ok()) return turned;
+  set_frame_step(o);
   const bool frames = !o.frames.numbers.empty();
   if (!frames && flags.given("--force") && !o.checkpoint.enabled())
     return usage_error("--force: has no meaning without --frames, --turntable or --checkpoint");

@@ -1,4 +1,4 @@
-// --aov and --cryptomatte.
+// --aov, --cryptomatte and --shadow-catcher.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/layer_flags.h"
 
@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kindling::app {
@@ -61,6 +62,31 @@ void add_layer_flags(FlagSet& flags, AovSet& aovs) {
                              "parent [none]",
                              join_choices(matte_names())),
                  [&aovs](auto text) { return add_mattes(text, aovs); });
+}
+
+void add_shadow_catcher_flag(FlagSet& flags, std::vector<std::string>& catchers) {
+  flags.repeated("--shadow-catcher", "NAME",
+                 "Node that, with all below it, shows nothing but the shadows on it: alpha is their darkness, for "
+                 "compositing over a photograph; the background is transparent; may be given several times [none]",
+                 [&catchers](auto text) {
+                   std::string name;
+                   Result<void> set = set_text(text, name);
+                   if (set.ok()) catchers.push_back(std::move(name));
+                   return set;
+                 });
+}
+
+Result<void> check_layer_flags(const FlagSet& flags, RenderOptions& o) {
+  if (o.shadow_catchers.empty()) {
+    if (o.aovs.contains(Aov::shadow_catcher))
+      return usage_error("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
+    return {};
+  }
+  if (flags.given("--background") && !o.integrator.transparent_background)
+    return usage_error("--shadow-catcher: shadows are composited over another image; leave out --background or use "
+                       "--background transparent");
+  o.integrator.transparent_background = true;
+  return {};
 }
 
 void add_layer_estimate_flags(FlagSet& flags, AovSet& aovs) {

@@ -78,6 +78,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
               "Render only these pixels, counted from the top left of the whole image, X1 and Y1 excluded [all]",
               [&o](auto text) { return store(parse_crop(text), o.crop); });
   add_layer_flags(flags, o.aovs);
+  add_shadow_catcher_flag(flags, o.shadow_catchers);
   add_light_groups_flag(flags, o.integrator);
   add_image_format_flags(flags, o);
 }
@@ -311,6 +312,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
         fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use a larger --spp or a smaller --min-spp",
                     o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
   if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
+  if (Result<void> checked = check_layer_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
   if (o.quiet && o.verbose) return usage_error("--quiet and --verbose: give one of them");
 

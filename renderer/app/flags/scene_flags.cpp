@@ -64,6 +64,8 @@ void add_scene_flags(FlagSet& flags, RenderOptions& o) {
               "Camera on a sphere around --target: azimuth from +z towards +x and polar angle from +y in degrees, "
               "distance in meters [none]",
               [&o](auto text) { return store(parse_vector(text), o.orbit); });
+  flags.value("--orthographic", "METERS", "Height of the image of --orbit if it is to have no perspective [none]",
+              [&o](auto text) { return store(parse_number(text, 1e-9, 1e9), o.orthographic_m); });
   flags.value(
       "--target", "X,Y,Z",
       fmt::format("Point that --orbit looks at and --turn turns around, meters [{:g},{:g},{:g}; without --orbit "
@@ -123,6 +125,17 @@ void add_size_flag(FlagSet& flags, RenderOptions& o) {
               [&o](auto text) { return store(parse_size(text), o.size_px); });
 }
 
+namespace {
+
+Result<void> check_projection(const FlagSet& flags, const RenderOptions& o) {
+  if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
+  if (o.orthographic_m && !o.orbit) return usage_error("--orthographic: has no meaning without --orbit");
+  if (o.orthographic_m && flags.given("--fov")) return usage_error("--orthographic and --fov: give one of them");
+  return {};
+}
+
+} // namespace
+
 Result<void> check_scene_flags(const FlagSet& flags, RenderOptions& o) {
   if (flags.given("--env") && flags.given("--env-color")) return usage_error("--env and --env-color: give one of them");
   if (o.studio == Studio::on && (flags.given("--env") || flags.given("--env-color")))
@@ -131,7 +144,7 @@ Result<void> check_scene_flags(const FlagSet& flags, RenderOptions& o) {
     return usage_error("--env-rotation: has no meaning without --env");
   if (flags.given("--env-intensity") && !flags.given("--env") && !flags.given("--env-color"))
     return usage_error("--env-intensity: has no meaning without --env or --env-color");
-  if (flags.given("--orbit") && flags.given("--camera")) return usage_error("--orbit and --camera: give one of them");
+  if (Result<void> checked = check_projection(flags, o); !checked.ok()) return checked;
   const bool turns = flags.given("--turn") || flags.given("--turntable");
   if (flags.given("--target") && !flags.given("--orbit") && !turns)
     return usage_error("--target: has no meaning without --orbit, --turn or --turntable");

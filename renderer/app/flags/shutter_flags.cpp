@@ -38,18 +38,21 @@ void add_shutter_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--shutter-angle", "DEG",
               "Motion blur: the shutter opens at --time, for this part of 360 degrees of a frame of --fps [none]",
               [&o](auto text) { return store(parse_number(text, 0.0, 360.0), o.shutter.angle_deg); });
-  flags.value("--fps", "N",
-              fmt::format("Frames per second, for --shutter-angle, --frames and --turntable [{:g} with --frames]",
-                          kDefaultFramesPerSecond),
-              [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
+  flags.value(
+      "--fps", "N",
+      fmt::format(
+          "Frames per second, for --shutter-angle, --frames, --turntable and motion vectors [{:g} with --frames]",
+          kDefaultFramesPerSecond),
+      [&o](auto text) { return store(parse_number(text, 1e-3, 1e6), o.shutter.frames_per_s); });
 }
 
-Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& /*options*/) {
+Result<void> check_shutter_flags(const FlagSet& flags, const RenderOptions& options) {
   if (flags.given("--shutter") && flags.given("--shutter-angle"))
     return usage_error("--shutter and --shutter-angle: give one of them");
   const bool frames = flags.given("--frames") || flags.given("--turntable");
-  if (flags.given("--fps") && !flags.given("--shutter-angle") && !frames)
-    return usage_error("--fps: has no meaning without --shutter-angle, --frames or --turntable");
+  if (flags.given("--fps") && !flags.given("--shutter-angle") && !frames && !options.aovs.needs_motion())
+    return usage_error(
+        "--fps: has no meaning without --shutter-angle, --frames, --turntable or --aov vector or motion");
   if (flags.given("--shutter-angle") && !flags.given("--fps") && !frames)
     return usage_error("--shutter-angle: needs --fps, the frames per second");
   return {};

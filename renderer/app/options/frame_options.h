@@ -18,7 +18,8 @@ struct FrameOptions {
   // Number of frames of a full turn of the camera, numbered from 0; unset: frames differ in their
   // time.
   std::optional<int> turntable;
-  bool video_only = false; // no images of single frames
+  bool turntable_animated = false; // they differ in their time, too
+  bool video_only = false;         // no images of single frames
 };
 
 } // namespace kindling::app

@@ -45,9 +45,8 @@ RenderOptions options_of_frame(const RenderOptions& options, int frame) {
   own.checkpoint.file = name_of_frame(options.checkpoint.file, frame);
   own.checkpoint.replace = options.frames.force;
   for (const std::string& word : {std::string("--frames"), fmt::format("{}", frame)}) own.arguments.push_back(word);
-  if (options.frames.turntable)
-    own.turn->angle_deg = 360.0 * frame / *options.frames.turntable;
-  else
+  if (options.frames.turntable) own.turn->angle_deg = 360.0 * frame / *options.frames.turntable;
+  if (!options.frames.turntable || options.frames.turntable_animated)
     own.time_s = options.time_s.value_or(0.0) + frame / options.shutter.frames_per_s.value_or(kDefaultFramesPerSecond);
   if (own.outputs.empty() && !options.frames.video_only) own.outputs = {default_output(options)};
   for (std::filesystem::path& output : own.outputs) output = name_of_frame(output, frame);

@@ -221,7 +221,11 @@ Result<void> VideoWriter::add(std::span<const uint8_t> rgb, const V2i& size_px) 
   if (process_ <= 0 && temporary_.empty())
     if (Result<void> started = start(size_px); !started.ok()) return started;
   if (process_ <= 0) return failure(video_, "ffmpeg has ended"); // after an error that was returned before
-  assert(size_px == size_px_ && rgb.size() == 3 * static_cast<size_t>(size_px.x) * static_cast<size_t>(size_px.y));
+  if (size_px != size_px_)
+    return failure(video_,
+                   fmt::format("a frame has {}x{} pixels, the first one {}x{}; --force renders all frames again",
+                               size_px.x, size_px.y, size_px_.x, size_px_.y));
+  assert(rgb.size() == 3 * static_cast<size_t>(size_px.x) * static_cast<size_t>(size_px.y));
   while (!rgb.empty()) {
     const ssize_t count = ::write(pipe_, rgb.data(), rgb.size());
     if (count < 0 && errno == EINTR) continue;

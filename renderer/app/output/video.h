@@ -40,8 +40,9 @@ class VideoWriter {
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  // Adds a frame: 8-bit RGB, rows from the top. The first one starts the process; all must have its
-  // size. Fails (input_output) if ffmpeg cannot be run or has ended, with its message.
+  // Adds a frame: 8-bit RGB, rows from the top. The first one starts the process. Fails
+  // (input_output) if a frame has another size than the first one, and if ffmpeg cannot be run or
+  // has ended, with its message.
   [[nodiscard]] Result<void> add(std::span<const uint8_t> rgb, const V2i& size_px);
   // Waits for the end of the process and puts the video in place. Fails (input_output) with
   // ffmpeg's message, if there is no frame, or if the file cannot be written.

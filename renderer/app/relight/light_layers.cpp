@@ -37,7 +37,7 @@ constexpr std::array<std::string_view, 18> kLightLayers{
 
 bool is_obsolete(const ExrLayer& layer) {
   const auto [name, component] = split(name_of(layer));
-  const std::string_view own = name.empty() ? component : name; // "variance" is a channel without a layer
+  const std::string_view own = name.empty() || component == "variance" ? component : name; // kindling.variance
   return std::find(kLightLayers.begin(), kLightLayers.end(), own) != kLightLayers.end();
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/app/output/frame_names.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/output/video.h"
+#include "renderer/app/output/video_frame.h"
 #include "renderer/app/render/frame_report.h"
 #include "renderer/app/render/render_image.h"
 #include "renderer/app/setup/camera_path.h"
@@ -96,7 +97,7 @@ class Frames {
     Result<void> failed;
     for (size_t i = 0; i < numbers().size() && failed.ok() && report_.exit_code == kExitOk; ++i) {
       if (is_finished(i))
-        skip(i);
+        failed = skip(i);
       else
         failed = render(i, view.value(), i == last);
     }
@@ -135,11 +136,19 @@ class Frames {
   }
 
   [[nodiscard]] bool is_finished(size_t i) const {
-    if (options_.frames.force || makes_videos()) return false; // a video needs all frames
+    if (options_.frames.force) return false;
     const RenderOptions own = options_of_frame(options_, numbers()[i]);
     std::error_code ignored;
     if (!one_stats_file_ && !own.stats_file.empty() && !fs::exists(own.stats_file, ignored)) return false;
-    return std::all_of(own.outputs.begin(), own.outputs.end(), is_finished_image);
+    if (!std::all_of(own.outputs.begin(), own.outputs.end(), is_finished_image)) return false;
+    return !makes_videos() || find_frame_of_video(own.outputs); // a video needs all frames
+  }
+
+  // Returns the frame of the first image that shows it as the video does.
+  [[nodiscard]] static std::optional<VideoFrame> find_frame_of_video(const std::vector<fs::path>& images) {
+    for (const fs::path& image : images)
+      if (std::optional<VideoFrame> frame = read_video_frame(image)) return frame;
+    return std::nullopt;
   }
 
   // Returns the index of the last frame to render; the number of frames if there is none.
@@ -149,9 +158,15 @@ class Frames {
     return numbers().size();
   }
 
-  void skip(size_t i) {
+  // `i` is finished.
+  Result<void> skip(size_t i) {
     report_.skipped.push_back(numbers()[i]);
     run_.console.detail(fmt::format("frame {}: exists, skipped", numbers()[i]));
+    if (!makes_videos()) return {};
+    const std::optional<VideoFrame> frame = find_frame_of_video(options_of_frame(options_, numbers()[i]).outputs);
+    if (!frame)
+      return Error{ErrorKind::input_output, fmt::format("frame {}: its image has changed meanwhile", numbers()[i])};
+    return add_to_videos(frame->rgb, frame->size_px);
   }
 
   Result<void> render(size_t i, const DisplayTransform& view, bool last) {

@@ -81,6 +81,8 @@ class ImageRender {
     if (!stage.ok()) return stage.error();
     stage_ = std::move(stage).value();
     settings_.names = scene_.names;
+    settings_.motion = stage_.motion;
+    settings_.catchers = stage_.catchers;
     if (stage_.shutter) run_.display.on_info(describe_motion(stage_.world->statistics().motion));
     return options_.replay_pixel ? replay() : render_and_write();
   }

@@ -171,6 +171,12 @@ Result<void> place_on_path(const std::optional<CameraPath>& path, RenderScene& s
   Result<PlacedCamera> placed = path->at(time_s, std::nullopt);
   if (!placed.ok()) return placed.error();
   options.own_camera = std::move(placed).value();
+  if (options.aovs.needs_motion())
+    for (const double step : {-1.0, 1.0}) {
+      Result<PlacedCamera> neighbor = path->at(time_s + step * options.frame_step.time_s, std::nullopt);
+      if (!neighbor.ok()) return neighbor.error();
+      (step < 0.0 ? options.frame_step.previous_camera : options.frame_step.next_camera) = std::move(neighbor).value();
+    }
   const Result<std::optional<Shutter>> shutter = choose_shutter(scene.scene, scene.root, options);
   if (!shutter.ok()) return shutter.error();
   if (!shutter.value()) return {};

@@ -1,15 +1,17 @@
-// A camera on an orbit: azimuth and polar angle in degrees, distance and target in meters, as --orbit and --target.
+// A camera on an orbit: azimuth and polar angle in degrees, distance and target in meters, as --orbit and --target;
+// a roll in degrees; the height of the image in meters if it has no perspective, else null.
 // SPDX-License-Identifier: Apache-2.0
 
 const RADIANS = Math.PI / 180;
 const POLE = 0.5; // degrees that the camera stays away from straight up and down
 
-export function directions({ orbit: [theta, phi] }) {
+export function directions({ orbit: [theta, phi], roll = 0 }) {
   const st = Math.sin(theta * RADIANS), ct = Math.cos(theta * RADIANS);
   const sp = Math.sin(phi * RADIANS), cp = Math.cos(phi * RADIANS);
   const back = [sp * st, cp, sp * ct]; // from the target to the eye
-  const right = [ct, 0, -st];
-  const up = [-cp * st, sp, -cp * ct];
+  const level = [ct, 0, -st], upright = [-cp * st, sp, -cp * ct];
+  const sr = Math.sin(roll * RADIANS), cr = Math.cos(roll * RADIANS);
+  const right = level.map((x, i) => x * cr + upright[i] * sr), up = upright.map((x, i) => x * cr - level[i] * sr);
   return { back, right, up };
 }
 
@@ -31,14 +33,15 @@ export function lookedAround(camera, dTheta, dPhi) {
 
 // Fractions of the image's height, at the distance of the target.
 export function panned(camera, dx, dy) {
-  const height = 2 * camera.orbit[2] * Math.tan(camera.fov * RADIANS / 2);
+  const height = camera.orthographic ?? 2 * camera.orbit[2] * Math.tan(camera.fov * RADIANS / 2);
   const { right, up } = directions(camera);
   return { ...camera, target: along(camera.target, [right, -dx * height], [up, dy * height]) };
 }
 
-// A factor on the distance.
+// A factor on the distance, or on the height of what is seen.
 export function dollied(camera, factor) {
   const [theta, phi, radius] = camera.orbit;
+  if (camera.orthographic) return { ...camera, orthographic: Math.min(1e8, Math.max(1e-4, camera.orthographic * factor)) };
   return { ...camera, orbit: [theta, phi, Math.min(1e8, Math.max(1e-4, radius * factor))] };
 }
 

@@ -4,6 +4,7 @@ import { retargeted } from "./camera.js";
 import { Connection } from "./connection.js";
 import { attachControls } from "./controls.js";
 import { $, Panel } from "./panel.js";
+import { PathView } from "./path.js";
 
 const DEFAULT_STOP = 2.8; // of a camera without a lens that is told to focus
 const HOVER_MS = 120;     // between questions for the values below the mouse
@@ -28,26 +29,29 @@ const connection = new Connection({
 
 function cameraOf({ state, camera: seen }) {
   return state.orbit
-    ? { orbit: state.orbit, target: state.target, fov: state.fov ?? 45 }
-    : { orbit: seen.orbit, target: seen.target, fov: state.fov ?? seen.fov };
+    ? { orbit: state.orbit, target: state.target, fov: state.fov ?? 45, roll: state.roll, orthographic: state.orthographic }
+    : { orbit: seen.orbit, target: seen.target, fov: state.fov ?? seen.fov, roll: seen.roll, orthographic: seen.orthographic };
 }
 
 const view = {
   change: (members) => connection.change(members),
-  getCamera: () => camera ?? { orbit: [0, 90, 1], target: [0, 0, 0], fov: 45 },
+  getCamera: () => camera ?? { orbit: [0, 90, 1], target: [0, 0, 0], fov: 45, roll: 0, orthographic: null },
   setCamera(next) {
     if (!header) return;
     camera = next;
     moving = performance.now();
     $("marker").hidden = true;
+    path.clear();
     // A lens of the scene's camera stays when it becomes an orbit.
     const lens = header.state.orbit === null && header.state.f_stop === null && header.camera.f_stop !== null
       ? { f_stop: header.camera.f_stop, focus: header.camera.focus } : {};
-    connection.change({ orbit: next.orbit, target: next.target, fov: next.fov, ...lens });
+    const { orbit, target, fov, roll, orthographic } = next;
+    connection.change({ orbit, target, fov, roll, orthographic, ...lens });
   },
   resetCamera() {
     camera = null;
-    connection.change({ orbit: null, fov: null, f_stop: null, focus: null });
+    path.clear();
+    connection.change({ orbit: null, fov: null, roll: 0, orthographic: null, f_stop: null, focus: null });
   },
   setLens(stop) {
     const distance = header?.state.focus ?? header?.camera.focus ?? null;
@@ -56,6 +60,7 @@ const view = {
   resize,
 };
 const panel = new Panel(view);
+const path = new PathView((message) => { $("error").textContent = message; });
 
 attachControls(canvas, {
   get: view.getCamera,
@@ -168,6 +173,7 @@ async function pick(x, y) {
     return; // the connection says so
   }
   panel.pixel(picked, true);
+  path.moveTo(x, y);
   $("marker").style.left = `${x * 100}%`;
   $("marker").style.top = `${y * 100}%`;
   $("marker").hidden = false;
@@ -229,7 +235,7 @@ document.addEventListener("keydown", (event) => {
   if (document.querySelector("dialog[open]")) return;
   const exposure = header?.state.exposure ?? 0;
   const actions = {
-    c: copy, p: togglePanel, r: view.resetCamera, "?": () => $("help").showModal(),
+    c: copy, p: togglePanel, t: () => path.show(), r: view.resetCamera, "?": () => $("help").showModal(),
     "[": () => connection.change({ exposure: Math.max(-10, +(exposure - 0.5).toFixed(2)) }),
     "]": () => connection.change({ exposure: Math.min(10, +(exposure + 0.5).toFixed(2)) }),
   };

@@ -26,10 +26,10 @@ export class Panel {
       this.touched.set(id, performance.now());
       members($(id));
     });
-    choose("camera", "change", (input) => view.change({ camera: input.value, orbit: null, fov: null, f_stop: null, focus: null }));
+    choose("camera", "change", (input) => view.change({ camera: input.value, orbit: null, fov: null, roll: 0, orthographic: null, f_stop: null, focus: null }));
     choose("fov", "input", (input) => view.setCamera({ ...view.getCamera(), fov: +input.value }));
     choose("f-stop", "change", (input) => view.setLens(input.value === "" ? null : +input.value));
-    choose("scene", "change", (input) => view.change({ scene: input.value, camera: "", orbit: null, fov: null }));
+    choose("scene", "change", (input) => view.change({ scene: input.value, camera: "", orbit: null, fov: null, roll: 0, orthographic: null }));
     choose("variant", "change", (input) => view.change({ variant: input.value }));
     choose("time", "input", (input) => view.change({ time: +input.value }));
     choose("shown", "change", (input) => view.change({ shown: input.value }));
@@ -107,8 +107,10 @@ export class Panel {
       this.set("camera", cameraName);
     }
     const fov = state.fov ?? camera.fov;
+    const height = state.orbit ? state.orthographic : camera.orthographic;
     this.set("fov", String(fov));
-    $("fov-value").textContent = `${fov.toFixed(1)}°`;
+    $("fov").disabled = height !== null;
+    $("fov-value").textContent = height === null ? `${fov.toFixed(1)}°` : `${number(height)} m`;
     const stop = state.f_stop === null ? "" : String(state.f_stop);
     optional($("f-stop"), stop);
     this.set("f-stop", stop);
