@@ -11,6 +11,11 @@ install(EXPORT kindlingTargets NAMESPACE kindling:: DESTINATION ${KINDLING_PACKA
 install(TARGETS kindling RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/accel ${PROJECT_SOURCE_DIR}/renderer
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kindling FILES_MATCHING PATTERN "*.h" PATTERN "renderer/python" EXCLUDE)
+# Everything that a plugin of `kindling shootout` needs.
+install(FILES ${PROJECT_SOURCE_DIR}/accel/plugin/kindling_accelerator.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT program)
+install(FILES ${PROJECT_SOURCE_DIR}/accel/plugin/template.c DESTINATION ${CMAKE_INSTALL_DATADIR}/kindling/plugin
+  COMPONENT program)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/kindlingConfig.cmake.in
