@@ -13,6 +13,7 @@
 #include "renderer/app/render/command_render.h"
 #include "renderer/app/scaling/command_scaling.h"
 #include "renderer/app/shootout/command_shootout.h"
+#include "renderer/app/shootout/plugins/plugin_host.h"
 #include "renderer/app/terminal/console.h"
 #include "renderer/app/terminal/exit_code.h"
 #include "renderer/app/terminal/signals.h"
@@ -69,6 +70,12 @@ Result<int> run_command(const CommandLine& line, Console& console) {
 int run(std::span<const char* const> arguments) {
   std::optional<Console> console(std::in_place);
   try {
+    if (is_plugin_host(arguments)) {
+      const Result<int> code = run_plugin_host(arguments);
+      if (code.ok()) return code.value();
+      console->error(code.error().message);
+      return exit_code_of(code.error().kind);
+    }
     ignore_signals_of_writing();
     Result<CommandLine> line = parse_command_line(arguments);
     if (const auto* resume = line.ok() ? std::get_if<ResumeOptions>(&line.value().command) : nullptr)

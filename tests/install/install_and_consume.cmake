@@ -33,6 +33,15 @@ if(NOT EXISTS ${WORK_DIR}/ten_lines.png)
   message(FATAL_ERROR "ten_lines wrote no image")
 endif()
 run("render in a window's loop" ${build}/window_loop ${SCENE} ${WORK_DIR}/window_loop.kacc)
+# A plugin from the installed template and header, as C, and the header alone as C and C++.
+run("build the template of plugins" ${COMPILER} -x c -std=c99 -pedantic -Wall -Wextra -Werror -O2 -shared -fPIC
+  -I${prefix}/include ${prefix}/share/kindling/plugin/template.c -o ${WORK_DIR}/libtemplate.so)
+foreach(language c c++)
+  run("compile the plugins' header as ${language}" ${COMPILER} -x ${language} -Wall -Wextra -pedantic -fsyntax-only -Wno-pragma-once-outside-header
+    ${prefix}/include/kindling_accelerator.h)
+endforeach()
+run("race the template" ${prefix}/bin/kindling shootout ${SCENE} --accel kdtree --plugin ${WORK_DIR}/libtemplate.so
+  --rays-per-kind 100 --repeat 1 --build-repeat 1 --size 32x32)
 run("the installed program" ${prefix}/bin/kindling --version)
 if(NOT output MATCHES "${VERSION}")
   message(FATAL_ERROR "kindling --version printed '${output}', which does not name version ${VERSION}")

@@ -5,6 +5,7 @@
 #include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/text/parse_values.h"
+#include "renderer/app/text/text_format.h"
 
 #include <fmt/format.h>
 
@@ -30,6 +31,19 @@ Result<void> set_rays_file(std::string_view text, std::filesystem::path& target)
   return set_path(text, target);
 }
 
+// FILE[,OPTIONS], where the name of the file has no comma.
+Result<void> add_plugin(std::string_view text, std::vector<PluginSpec>& plugins) {
+  const size_t comma = text.find(',');
+  PluginSpec plugin;
+  if (Result<void> set = set_path(text.substr(0, comma), plugin.file); !set.ok()) return set;
+  if (comma != std::string_view::npos) plugin.options = text.substr(comma + 1);
+  for (const PluginSpec& other : plugins)
+    if (other.name() == plugin.name())
+      return usage_error(fmt::format("'{}' is given twice; reports name plugins by file and options", plugin.name()));
+  plugins.push_back(std::move(plugin));
+  return {};
+}
+
 } // namespace
 
 void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
@@ -41,6 +55,15 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
                   "avx512 for embree, the processor's best if left out; all are compared with the first [{}]",
                   join_variants(o.accelerators)),
       [&o](auto text) { return store(parse_accelerator_variants(text), o.accelerators); });
+  flags.repeated("--plugin", "FILE[,OPTIONS]",
+                 "Race the accelerator of this shared library too, in a process of its own; OPTIONS are passed to it. "
+                 "accel/plugin has its C interface. May be given several times [none]",
+                 [&o](auto text) { return add_plugin(text, o.plugins); });
+  flags.value("--plugin-time-limit", "TIME",
+              fmt::format("Longest time of one build or one pass over rays by a plugin, after which it is out of the "
+                          "race: seconds, or 90s, 5m [{}]",
+                          format_duration(o.plugin_time_limit_s)),
+              [&o](auto text) { return store(parse_duration(text), o.plugin_time_limit_s); });
   flags.value("--isa", "SIMD",
               "Race as on a processor with no more than this instruction set: sse2, sse4.2, avx, avx2 or avx512 [the "
               "processor's best]",
@@ -96,6 +119,8 @@ Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
     return usage_error("no scene; use 'kindling shootout SCENE... [flags]' with .gltf or .glb files");
   if (!o.rays_file.empty() && o.scene_files.size() > 1)
     return usage_error(fmt::format("--rays: a file holds the rays of one scene; {} are given", o.scene_files.size()));
+  if (flags.given("--plugin-time-limit") && o.plugins.empty())
+    return usage_error("--plugin-time-limit: has no meaning without --plugin");
   if (flags.given("--heat-map") && o.html_file.empty()) return usage_error("--heat-map: has no meaning without --html");
   if (o.view.quiet && o.view.verbose) return usage_error("--quiet and --verbose: give one of them");
   const std::array files{&o.json_file, &o.csv_file, &o.html_file, &o.rays_file};

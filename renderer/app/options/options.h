@@ -4,6 +4,7 @@
 
 #include "renderer/app/options/accelerator_variant.h"
 #include "renderer/app/options/frame_options.h"
+#include "renderer/app/options/plugin_spec.h"
 #include "renderer/app/options/progress_mode.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/options/shootout_clock.h"
@@ -90,6 +91,8 @@ struct ShootoutOptions {
                                                {accel::Kind::embree, accel::Quality::balanced, false},
                                                {accel::Kind::embree, accel::Quality::best, false},
                                                {accel::Kind::kdtree}};
+  std::vector<PluginSpec> plugins;
+  double plugin_time_limit_s = 60.0;    // for each build and each pass over a set of rays
   std::optional<accel::SimdTarget> isa; // for accelerators that name no instruction set
   uint32_t rays_per_kind = 1 << 17;
   uint32_t batch_size = 256;

@@ -4,7 +4,7 @@
 
 #include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
-#include "renderer/app/shootout/shootout_measure.h"
+#include "renderer/app/shootout/race_scene.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
 #include "renderer/app/terminal/exit_code.h"
@@ -23,6 +23,8 @@
 #include <tbb/info.h>
 
 #include <unistd.h>
+
+#include <algorithm>
 
 namespace kindling::app {
 
@@ -67,7 +69,7 @@ class ShootoutCommand {
       if (Result<void> printed = print(means); !printed.ok()) return printed.error();
     }
     if (Result<void> written = write(); !written.ok()) return written.error();
-    return kExitOk;
+    return plugin_failed_ ? kExitRenderFailed : kExitOk;
   }
 
  private:
@@ -81,6 +83,14 @@ class ShootoutCommand {
       if (Result<void> writable = check_writable(*file); !writable.ok())
         return Error{writable.error().kind, fmt::format("{}: {}", flag, writable.error().message)};
       written.push_back({flag, *file});
+    }
+    for (const PluginSpec& plugin : options_.plugins) {
+      std::error_code missing;
+      if (!fs::is_regular_file(plugin.file, missing))
+        return Error{
+            ErrorKind::input_output,
+            fmt::format("--plugin: {}: there is no such file; a shared library is needed", plugin.file.string())};
+      read.push_back({"the file of --plugin", plugin.file});
     }
     std::error_code ignored;
     const bool recorded = !options_.rays_file.empty() && fs::exists(options_.rays_file, ignored);
@@ -112,38 +122,56 @@ class ShootoutCommand {
     if (!sets.ok()) return sets.error();
     for (const AcceleratorVariant& variant : options_.accelerators)
       result.accelerators.emplace_back().variant = variant;
+    for (const PluginSpec& plugin : options_.plugins) result.accelerators.emplace_back().plugin = plugin;
 
-    const accel::BuildInput geometry = stage.built.world->accelerator_input();
-    const RaceSettings settings{
-        options_.batch_size,   options_.repeat, options_.build_repeat, report_.build_threads, options_.clock,
-        options_.embree_calls, &geometry};
-    const RaceProgress progress = [&](const std::string& next) {
-      show(fmt::format("{}: {}", file.filename().string(), next));
-      return !cancel_.cancelled();
-    };
-    const auto built = race_builds(geometry, result.accelerators, settings, progress);
-    std::vector<const accel::Accelerator*> racers;
-    for (const auto& accelerator : built) racers.push_back(accelerator.get());
-    bool finished = !racers.empty() && race_traversal(sets.value(), racers, settings, progress, result);
-    for (size_t a = 0; a < racers.size() && finished; ++a) {
-      finished = progress(fmt::format("steps of {}", result.accelerators[a].variant.name()));
-      if (finished) result.accelerators[a].costs = measure_costs(*racers[a], sets.value());
+    accel::BuildInput geometry = stage.built.world->accelerator_input();
+    const std::vector<accel::TriangleMesh> opaque = opaque_meshes(geometry);
+    if (!options_.plugins.empty()) {
+      geometry.meshes = opaque; // plugins know no hit filter
+      geometry.filter = {};
     }
-    if (!options_.html_file.empty() && options_.heat_map_width_px > 0)
-      for (size_t a = 0; a < racers.size() && finished; ++a) {
-        finished = progress(fmt::format("heat map of {}", result.accelerators[a].variant.name()));
-        if (!finished) break;
-        result.accelerators[a].heat_map = measure_heat_map(*racers[a], heat_map_camera(stage));
-        result.accelerators[a].step_map = count_step_map(*racers[a], heat_map_camera(stage));
-      }
+    const bool maps = !options_.html_file.empty() && options_.heat_map_width_px > 0;
+    const SceneRace race{.settings = {options_.batch_size, options_.repeat, options_.build_repeat,
+                                      report_.build_threads, options_.clock, options_.embree_calls, &geometry},
+                         .limits = {options_.plugin_time_limit_s, &cancel_},
+                         .heat_map = maps ? std::optional(heat_map_camera(stage)) : std::nullopt,
+                         .progress = [&](const std::string& next) {
+                           show(fmt::format("{}: {}", scene_name(result), next));
+                           return !cancel_.cancelled();
+                         }};
+    Result<bool> raced = race_scene(race, std::move(sets).value(), result);
+    if (!raced.ok()) return raced.error();
+    const bool finished = raced.value();
     show("");
-    if (finished) report_first_disagreements(result);
     if (finished) {
+      report_first_disagreements(result);
+      report_faults(result);
       const accel::Statistics& statistics = result.accelerators.front().build.statistics;
       result.triangle_count = statistics.triangle_count;
       result.instance_count = statistics.instance_count;
     }
     return result;
+  }
+
+  // The meshes without their opacity, as far as they need it.
+  static std::vector<accel::TriangleMesh> opaque_meshes(const accel::BuildInput& geometry) {
+    std::vector<accel::TriangleMesh> meshes(geometry.meshes.begin(), geometry.meshes.end());
+    for (accel::TriangleMesh& mesh : meshes) mesh.opaque = true;
+    return meshes;
+  }
+
+  // Names the plugins that are out of the race, and those whose answers are wrong too often for
+  // rounding.
+  void report_faults(const SceneResult& scene) {
+    for (const AcceleratorResult& accelerator : scene.accelerators) {
+      if (!accelerator.plugin) continue;
+      std::string fault = accelerator.fault;
+      if (const size_t wrong = wrong_answers(scene, accelerator); fault.empty() && wrong > 0)
+        fault = fmt::format("lies: {} of its answers are wrong; its speed means nothing", wrong);
+      if (fault.empty()) continue;
+      plugin_failed_ = true;
+      console_.warning(fmt::format("{}: the plugin {}", accelerator.name(), fault));
+    }
   }
 
   // Prints the first disagreeing ray of each kind with -v, for a look into the rays that --rays
@@ -152,9 +180,9 @@ class ShootoutCommand {
     for (const AcceleratorResult& accelerator : scene.accelerators)
       for (const TraversalResult& result : accelerator.traversal)
         if (const auto& first = result.disagreements.first)
-          console_.detail(fmt::format("{}, {}, {}: ray {} at {:g}, {} has it at {:g}", accelerator.variant.name(),
+          console_.detail(fmt::format("{}, {}, {}: ray {} at {:g}, {} has it at {:g}", accelerator.name(),
                                       scene.sets[result.set].name, call_form_name(result.form), first->ray,
-                                      first->found_t, scene.accelerators.front().variant.name(), first->expected_t));
+                                      first->found_t, scene.accelerators.front().name(), first->expected_t));
   }
 
   // Loads a scene, chooses its camera and its light as a render does, and builds a World whose
@@ -259,6 +287,7 @@ class ShootoutCommand {
   ProgressDisplay display_;
   ShootoutReport report_;
   std::optional<RayRecording> replayed_;
+  bool plugin_failed_ = false;
 };
 
 } // namespace

@@ -24,7 +24,7 @@ std::string format_shootout_csv(const ShootoutReport& report) {
         const Summary time = summarize(result.times_s);
         text +=
             fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_field(scene.file),
-                        scene.triangle_count, scene.instance_count, a.variant.name(), set.name,
+                        scene.triangle_count, scene.instance_count, a.name(), set.name,
                         set.query == RayQuery::nearest ? "nearest" : "any-hit", call_form_name(result.form),
                         set.ray_count, time.median, time.min, time.max, mega_rays_per_s(set, time.median),
                         result.ratio_to_first, result.disagreements.hit_or_miss, result.disagreements.distance, build);

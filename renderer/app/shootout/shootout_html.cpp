@@ -58,13 +58,14 @@ std::string build_table_html(const ShootoutReport& report, const SceneResult& sc
           "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const accel::Statistics& s = a.build.statistics;
-    text += row(
-        {a.variant.name(), format_short_time(median(a.build.one_thread_s)),
-         format_short_time(median(a.build.many_threads_s)), std::string(accel::simd_target_name(s.simd)),
-         format_bytes(s.memory_bytes), a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
-         a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
-         count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count), per(s.reference_count, s.triangle_count)},
-        "td");
+    text += row({a.name(), a.build.one_thread_s.empty() ? "-" : format_short_time(median(a.build.one_thread_s)),
+                 a.build.many_threads_s.empty() ? "-" : format_short_time(median(a.build.many_threads_s)),
+                 a.plugin ? "-" : std::string(accel::simd_target_name(s.simd)), format_bytes(s.memory_bytes),
+                 a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
+                 a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
+                 count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),
+                 per(s.reference_count, s.triangle_count)},
+                "td");
   }
   return text + "</table>\n";
 }
@@ -74,7 +75,7 @@ template <typename Wanted>
 std::string bars(const SceneResult& scene, Wanted&& wanted) {
   BarChart chart;
   chart.unit = "million rays/s";
-  for (const AcceleratorResult& a : scene.accelerators) chart.series.push_back(a.variant.name());
+  for (const AcceleratorResult& a : scene.accelerators) chart.series.push_back(a.name());
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   for (size_t r = 0; r < first.size(); ++r) {
     if (!every_accelerator_has(first[r].form) || !wanted(first[r].form)) continue;
@@ -92,7 +93,7 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
 
 std::string speed_table_html(const SceneResult& scene) {
   std::vector<std::string> heading{"rays, call", "hits"};
-  for (const AcceleratorResult& a : scene.accelerators) heading.push_back(a.variant.name());
+  for (const AcceleratorResult& a : scene.accelerators) heading.push_back(a.name());
   std::string text =
       "<h3>Million rays per second, and the ratio to the first accelerator</h3>\n<table>\n" + row(heading, "th");
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
@@ -126,13 +127,18 @@ std::string speed_table_html(const SceneResult& scene) {
 }
 
 std::string disagreement_table(const SceneResult& scene) {
-  std::string text = "<h3>Disagreements with single calls of the first accelerator</h3>\n<table>\n" +
-                     row({"accelerator", "hit or miss", "distance", "of these at an edge of a triangle"}, "th");
+  const bool oracle = scene.accelerators.front().oracle.has_value();
+  std::vector<std::string> heading{"accelerator", "hit or miss", "distance", "of these at an edge of a triangle"};
+  if (oracle) heading.emplace_back("with brute force");
+  std::string text =
+      "<h3>Disagreements with single calls of the first accelerator</h3>\n<table>\n" + row(heading, "th");
   for (const AcceleratorResult& a : scene.accelerators) {
+    if (!a.fault.empty()) continue;
     const Disagreements sum = sum_disagreements(a);
-    text += row({a.variant.name(), fmt::format("{}", sum.hit_or_miss), fmt::format("{}", sum.distance),
-                 fmt::format("{}", sum.at_edge)},
-                "td");
+    std::vector<std::string> cells{a.name(), fmt::format("{}", sum.hit_or_miss), fmt::format("{}", sum.distance),
+                                   fmt::format("{}", sum.at_edge)};
+    if (oracle) cells.push_back(fmt::format("{} of {}", a.oracle->disagreements.total(), a.oracle->ray_count));
+    text += row(cells, "td");
   }
   return text + "</table>\n<p class=\"note\">Accelerators that are not robust let rays through at edges of "
                 "triangles. Rays that start within rounding of a surface may be answered either way.</p>\n";
@@ -147,6 +153,18 @@ std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, 
     for (const EmbreeComparisonLine& line : comparison.lines)
       text += row({line.measure, format_ratio(line.robust), format_ratio(line.any), format_aim(line)}, "td");
     text += "</table>\n";
+  }
+  return text;
+}
+
+// Plugins that are out of the race, and what others say about themselves.
+std::string plugin_paragraphs(const SceneResult& scene) {
+  std::string text;
+  for (const AcceleratorResult& a : scene.accelerators) {
+    if (!a.plugin) continue;
+    text += fmt::format("<p class=\"{}\">Plugin {}{}{}{}</p>\n", a.fault.empty() ? "note" : "warning",
+                        escape_html(a.name()), a.description.empty() ? "" : ": ", escape_html(a.description),
+                        a.fault.empty() ? "" : "; out of the race: it " + escape_html(a.fault));
   }
   return text;
 }
@@ -171,8 +189,8 @@ std::string heat_maps(const SceneResult& scene, HeatMap AcceleratorResult::*memb
     const std::vector<double> own(map.values.begin(), map.values.end());
     text += fmt::format("<figure><img src=\"{}\" alt=\"heat map of {}, {}\"><figcaption>{}: median {:.0f} {}, 99th "
                         "percentile {:.0f} {}</figcaption></figure>\n",
-                        heat_map_uri(map, largest), escape_html(a.variant.name()), unit, escape_html(a.variant.name()),
-                        median(own), unit, percentile(own, 0.99), unit);
+                        heat_map_uri(map, largest), escape_html(a.name()), unit, escape_html(a.name()), median(own),
+                        unit, percentile(own, 0.99), unit);
   }
   HeatMap scale{V2i(256, 1), {}};
   for (int i = 0; i < 256; ++i) scale.values.push_back(static_cast<float>(i));
@@ -201,7 +219,7 @@ std::string leaf_sizes(const SceneResult& scene) {
     const LeafSizes summary = summarize_leaf_sizes(sizes);
     text += fmt::format("<h3>Leaves of {}</h3>\n<p class=\"note\">{:.2f} references per leaf on average, median {}, "
                         "maximum {}.</p>\n",
-                        escape_html(scene.accelerators[i].variant.name()), summary.mean, summary.median, summary.max) +
+                        escape_html(scene.accelerators[i].name()), summary.mean, summary.median, summary.max) +
             draw_leaf_sizes(sizes, i);
   }
   return text;
@@ -212,7 +230,7 @@ std::string cost_table_html(const SceneResult& scene) {
   for (const AcceleratorResult& a : scene.accelerators)
     for (size_t set = 0; set < a.costs.size(); ++set)
       if (scene.sets[set].ray_count > 0)
-        rows += row({a.variant.name() + ", " + scene.sets[set].name, fmt::format("{:.2f}", a.costs[set].nodes),
+        rows += row({a.name() + ", " + scene.sets[set].name, fmt::format("{:.2f}", a.costs[set].nodes),
                      fmt::format("{:.2f}", a.costs[set].leaves), fmt::format("{:.1f}", a.costs[set].triangles)},
                     "td");
   if (rows.empty()) return {};
@@ -224,7 +242,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   std::string text = fmt::format(
       "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of an image of {} x {} pixels.</p>\n",
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
-  text += warning_paragraph(worst_waiting_share(scene));
+  text += warning_paragraph(worst_waiting_share(scene)) + plugin_paragraphs(scene);
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
   text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
@@ -239,7 +257,7 @@ std::string build_plot(const ShootoutReport& report) {
   if (report.scenes.size() < 2) return {};
   LineChart chart{"triangles", "seconds", {}};
   for (size_t a = 0; a < report.scenes.front().accelerators.size(); ++a) {
-    const std::string name = report.scenes.front().accelerators[a].variant.name();
+    const std::string name = report.scenes.front().accelerators[a].name();
     LineChart::Line one{name + ", 1 thread", a, false, {}};
     LineChart::Line many{fmt::format("{}, {} threads", name, report.build_threads), a, true, {}};
     for (const SceneResult& scene : report.scenes) {

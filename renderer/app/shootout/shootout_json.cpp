@@ -43,11 +43,17 @@ Json race_accelerator_json(const SceneResult& scene, size_t index) {
   const AcceleratorResult& a = scene.accelerators[index];
   const accel::Statistics& s = a.build.statistics;
   Json json;
-  json["name"] = a.variant.name();
-  json["description"] = accel::kind_description(a.variant.kind);
-  json["quality"] = quality_name(a.variant.quality);
-  json["robust"] = a.variant.robust;
-  json["simd"] = accel::simd_target_name(s.simd);
+  json["name"] = a.name();
+  if (a.plugin) {
+    json["description"] = a.description;
+    json["plugin"] = {{"file", a.plugin->file.string()}, {"options", a.plugin->options}};
+    json["fault"] = a.fault.empty() ? Json() : Json(a.fault);
+  } else {
+    json["description"] = accel::kind_description(a.variant.kind);
+    json["quality"] = quality_name(a.variant.quality);
+    json["robust"] = a.variant.robust;
+    json["simd"] = accel::simd_target_name(s.simd);
+  }
   json["build"] = {{"one_thread", summary_json(a.build.one_thread_s)},
                    {"many_threads", summary_json(a.build.many_threads_s)}};
   json["memory_bytes"] = s.memory_bytes;
@@ -84,6 +90,10 @@ Json race_accelerator_json(const SceneResult& scene, size_t index) {
                                   {"batch", mean_ratio(scene, index, CallForm::batch)},
                                   {"best", mean_ratio(scene, index, std::nullopt)}};
   json["disagreements"] = disagreements_json(sum_disagreements(a));
+  if (a.oracle) {
+    json["brute_force"] = disagreements_json(a.oracle->disagreements);
+    json["brute_force"]["answers"] = a.oracle->ray_count;
+  }
   return json;
 }
 

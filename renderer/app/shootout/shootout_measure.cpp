@@ -1,15 +1,13 @@
-// Measures builds and traversal of the accelerators in turn.
+// Races contestants in turn, and compares their answers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/shootout_measure.h"
 
-#include "accel/embree/embree_accelerator.h"
+#include "accel/make_accelerator.h"
 #include "accel/rounding.h"
-#include "renderer/app/terminal/process_info.h"
 #include "renderer/base/standard_arithmetic.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,81 +17,57 @@ namespace kindling::app {
 
 namespace {
 
-// Builds once, with `threads` threads including the calling one.
-std::unique_ptr<accel::Accelerator> build(const accel::BuildInput& input, const AcceleratorVariant& variant,
-                                          int threads) {
-  accel::BuildOptions options;
-  options.quality = variant.quality;
-  options.robust = variant.robust;
-  options.simd = variant.simd;
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  tbb::task_arena arena(threads);
-  return arena.execute([&] { return accel::make_accelerator(variant.kind, input, options); });
-}
-
 float distance_tolerance(const accel::Ray& ray, float t) {
   const float largest =
       std::max({std::fabs(ray.origin.x), std::fabs(ray.origin.y), std::fabs(ray.origin.z)}) / ray.direction.length();
   return kDistanceTolerance * (t + largest);
 }
 
-// Wall and CPU time of `work` by the readings of `clock`. The CPU interval encloses the other one,
-// so that short work does not seem to have waited for a processor.
-template <typename Work>
-WorkTime measure(double (*clock)(ShootoutClock), const Work& work) {
-  const double cpu_start = clock(ShootoutClock::cpu), wall_start = clock(ShootoutClock::wall);
-  work();
-  const double wall_s = clock(ShootoutClock::wall) - wall_start;
-  return {wall_s, clock(ShootoutClock::cpu) - cpu_start};
-}
-
 double time_by(ShootoutClock clock, const WorkTime& work) {
   return clock == ShootoutClock::cpu ? work.cpu_s : work.wall_s;
 }
 
-// The number of rays of one call.
-size_t chunk_of(const RaySet& set, CallForm form, uint32_t batch_size) {
-  return form == CallForm::coherent && set.coherent_group > 0 ? set.coherent_group : batch_size;
-}
-
 bool is_at_edge(const accel::Hit& hit) { return std::min({hit.u, hit.v, 1.0f - hit.u - hit.v}) <= kEdge; }
 
-// An accelerator, and for Embree the adapters that answer by each of its packet and stream calls.
-class Racer {
- public:
-  Racer(const accel::Accelerator& accelerator, bool embree_calls) : accelerator_(&accelerator) {
-    if (!embree_calls) return;
-    using accel::EmbreeCall;
-    for (const EmbreeCall call :
-         {EmbreeCall::packet, EmbreeCall::coherent_packet, EmbreeCall::stream, EmbreeCall::coherent_stream})
-      own_calls_.push_back(accel::with_embree_call(accelerator, call));
-  }
-  [[nodiscard]] bool has_own_calls() const {
-    return std::any_of(own_calls_.begin(), own_calls_.end(), [](const auto& call) { return call != nullptr; });
-  }
-  // The accelerator for a form of call; null if it does not have it.
-  [[nodiscard]] const accel::Accelerator* by(CallForm form) const {
-    if (every_accelerator_has(form)) return accelerator_;
-    const size_t own = static_cast<size_t>(form) - static_cast<size_t>(CallForm::packet);
-    return own < own_calls_.size() ? own_calls_[own].get() : nullptr;
-  }
-
- private:
-  const accel::Accelerator* accelerator_;
-  std::vector<std::unique_ptr<accel::Accelerator>> own_calls_; // in the order of CallForm
-};
-
 // The kd-tree and brute force give the same hits to the bit (accel/triangle.h).
-bool answers_exactly(const AcceleratorResult& result) { return result.variant.kind != accel::Kind::embree; }
+bool answers_exactly(const AcceleratorResult& result) {
+  return result.is(accel::Kind::kdtree) || result.is(accel::Kind::brute_force);
+}
+
+Excuse rounding_in(const accel::BuildInput* geometry) {
+  if (geometry == nullptr) return {};
+  return [geometry](const accel::Ray& ray, const accel::Hit& expected, const accel::Hit& found) {
+    return accel::rounding_explains(*geometry, ray, expected, found);
+  };
+}
+
+// Takes a contestant out of the race: its times would be of a part of it.
+void retire(const Contestant& contestant, AcceleratorResult& result) {
+  result.fault = contestant.fault();
+  for (TraversalResult& row : result.traversal) row.times_s.clear();
+  result.traversal_work = {};
+}
+
+size_t count_hits(const Answers& answers) {
+  return static_cast<size_t>(
+      std::count_if(answers.hits.begin(), answers.hits.end(), [](const accel::Hit& h) { return h.is_hit(); }) +
+      std::count_if(answers.occluded.begin(), answers.occluded.end(), [](uint8_t blocked) { return blocked != 0; }));
+}
+
+// The answers of brute force, by all threads.
+Answers oracle_answers(const accel::Accelerator& oracle, const RaySet& set) {
+  Answers answers(set);
+  tbb::parallel_for(size_t{0}, set.rays.size(), [&](size_t i) {
+    const StandardArithmetic standard_arithmetic;
+    if (set.query == RayQuery::nearest)
+      answers.hits[i] = oracle.intersect(set.rays[i]);
+    else
+      answers.occluded[i] = oracle.occluded(set.rays[i]) ? 1 : 0;
+  });
+  return answers;
+}
 
 } // namespace
-
-Answers::Answers(const RaySet& set) {
-  if (set.query == RayQuery::nearest)
-    hits.resize(set.rays.size());
-  else
-    occluded.resize(set.rays.size());
-}
 
 std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls) {
   if (set.rays.empty()) return {};
@@ -103,31 +77,6 @@ std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls) {
     for (const CallForm form : kCallForms)
       if (!every_accelerator_has(form)) forms.push_back(form);
   return forms;
-}
-
-void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
-           Answers& answers) {
-  const std::span<const accel::Ray> rays(set.rays);
-  if (form == CallForm::single) {
-    if (set.query == RayQuery::nearest)
-      for (size_t i = 0; i < rays.size(); ++i) answers.hits[i] = accelerator.intersect(rays[i]);
-    else
-      for (size_t i = 0; i < rays.size(); ++i) answers.occluded[i] = accelerator.occluded(rays[i]) ? 1 : 0;
-    return;
-  }
-  const size_t chunk = chunk_of(set, form, batch_size);
-  for (size_t begin = 0; begin < rays.size(); begin += chunk) {
-    const size_t count = std::min(chunk, rays.size() - begin);
-    const std::span<const accel::Ray> part = rays.subspan(begin, count);
-    if (set.query == RayQuery::any_hit && form == CallForm::coherent)
-      accelerator.occluded_coherent(part, std::span(answers.occluded).subspan(begin, count));
-    else if (set.query == RayQuery::any_hit)
-      accelerator.occluded(part, std::span(answers.occluded).subspan(begin, count));
-    else if (form == CallForm::coherent)
-      accelerator.intersect_coherent(part, std::span(answers.hits).subspan(begin, count));
-    else
-      accelerator.intersect(part, std::span(answers.hits).subspan(begin, count));
-  }
 }
 
 Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& first, const Answers& expected,
@@ -165,37 +114,35 @@ Disagreements count_disagreements(const RaySet& set, const accel::Accelerator& f
   return result;
 }
 
-std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildInput& input,
-                                                             std::span<AcceleratorResult> results,
-                                                             const RaceSettings& settings,
-                                                             const RaceProgress& progress) {
-  std::vector<std::unique_ptr<accel::Accelerator>> built(results.size());
+bool race_builds(std::span<Contestant* const> contestants, std::span<AcceleratorResult> results,
+                 const RaceSettings& settings, const RaceProgress& progress) {
   for (uint32_t round = 0; round < settings.build_repeat; ++round)
-    for (size_t a = 0; a < results.size(); ++a) {
+    for (size_t a = 0; a < contestants.size(); ++a) {
       BuildResult& result = results[a].build;
-      const std::string name = results[a].variant.name();
-      if (!progress(fmt::format("build of {}, {} of {}", name, round + 1, settings.build_repeat))) return {};
-      built[a].reset();
-      const bool measures_memory = round == 0 && restart_peak_resident();
-      const uint64_t resident_before = resident_bytes(), huge_before = huge_page_bytes();
-      const double many_start = process_clock_s(ShootoutClock::wall);
-      built[a] = build(input, results[a].variant, settings.build_threads);
-      result.many_threads_s.push_back(process_clock_s(ShootoutClock::wall) - many_start);
-      if (const uint64_t huge = huge_page_bytes(); round == 0)
-        result.huge_page_bytes = huge - std::min(huge, huge_before);
-      if (measures_memory) {
-        const uint64_t peak = peak_resident_bytes();
-        if (peak > 0) result.peak_growth_bytes = peak - std::min(peak, resident_before);
+      const std::string name = results[a].name();
+      const auto build = [&](int threads) -> std::optional<BuildMeasurement> {
+        if (!results[a].fault.empty()) return std::nullopt;
+        auto built = contestants[a]->build(threads, round == 0 && result.many_threads_s.empty());
+        if (!built) retire(*contestants[a], results[a]);
+        return built;
+      };
+      if (!progress(fmt::format("build of {}, {} of {}", name, round + 1, settings.build_repeat))) return false;
+      if (const auto many = build(settings.build_threads)) {
+        result.many_threads_s.push_back(many->work.wall_s);
+        if (round == 0) {
+          result.huge_page_bytes = many->huge_page_bytes;
+          result.peak_growth_bytes = many->peak_growth_bytes;
+        }
       }
       if (!progress(fmt::format("build of {} on one thread, {} of {}", name, round + 1, settings.build_repeat)))
-        return {};
-      built[a].reset();
-      const WorkTime work = measure(process_clock_s, [&] { built[a] = build(input, results[a].variant, 1); });
-      result.one_thread_s.push_back(time_by(settings.clock, work));
-      result.one_thread_work += work;
-      result.statistics = built[a]->statistics();
+        return false;
+      if (const auto one = build(1)) {
+        result.one_thread_s.push_back(time_by(settings.clock, one->work));
+        result.one_thread_work += one->work;
+        result.statistics = one->statistics;
+      }
     }
-  return built;
+  return true;
 }
 
 std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets) {
@@ -218,58 +165,65 @@ std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::
   return costs;
 }
 
-bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
-                    const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
-  const StandardArithmetic standard_arithmetic;
-  const size_t count = accelerators.size();
-  std::vector<Racer> racers;
-  for (const accel::Accelerator* accelerator : accelerators) racers.emplace_back(*accelerator, settings.embree_calls);
-  const bool own_calls = std::any_of(racers.begin(), racers.end(), [](const Racer& r) { return r.has_own_calls(); });
-  Excuse excuse;
-  if (settings.geometry != nullptr)
-    excuse = [&](const accel::Ray& ray, const accel::Hit& expected, const accel::Hit& found) {
-      return accel::rounding_explains(*settings.geometry, ray, expected, found);
-    };
+namespace {
 
-  // The first round is not timed. It warms up, and its answers are compared.
+// The round that is not timed: it warms up, and its answers are compared.
+bool check_answers(std::span<const RaySet> sets, std::span<Contestant* const> contestants, bool own_calls,
+                   const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
+  const Excuse excuse = rounding_in(settings.geometry);
   for (size_t s = 0; s < sets.size(); ++s) {
     const RaySet& set = sets[s];
-    Answers expected(set);
-    Answers found(set);
+    Answers expected(set), found(set);
     if (!progress(fmt::format("check of {}", set.name))) return false;
-    trace(*accelerators[0], set, CallForm::single, settings.batch_size, expected);
-    const auto hits =
-        std::count_if(expected.hits.begin(), expected.hits.end(), [](const accel::Hit& h) { return h.is_hit(); }) +
-        std::count_if(expected.occluded.begin(), expected.occluded.end(), [](uint8_t blocked) { return blocked != 0; });
-    result.sets.push_back({set.name, set.query, set.coherent_group, set.rays.size(), static_cast<size_t>(hits)});
+    if (!contestants[0]->trace(s, CallForm::single, settings.batch_size, expected)) return false;
+    result.sets.push_back({set.name, set.query, set.coherent_group, set.rays.size(), count_hits(expected)});
     for (const CallForm form : call_forms(set, own_calls))
-      for (size_t a = 0; a < count; ++a) {
-        TraversalResult& row = result.accelerators[a].traversal.emplace_back();
+      for (size_t a = 0; a < contestants.size(); ++a) {
+        AcceleratorResult& accelerator = result.accelerators[a];
+        TraversalResult& row = accelerator.traversal.emplace_back();
         row.set = s;
         row.form = form;
-        const accel::Accelerator* racer = racers[a].by(form);
-        if (racer == nullptr) continue;
-        trace(*racer, set, form, settings.batch_size, found);
-        const bool to_the_bit = answers_exactly(result.accelerators[0]) && answers_exactly(result.accelerators[a]);
-        row.disagreements = count_disagreements(set, *accelerators[0], expected, *racer, found, excuse, to_the_bit);
+        if (!accelerator.fault.empty() || !contestants[a]->has(form)) continue;
+        const bool to_the_bit = answers_exactly(result.accelerators[0]) && answers_exactly(accelerator);
+        if (contestants[a]->trace(s, form, settings.batch_size, found))
+          row.disagreements = count_disagreements(set, contestants[0]->queries(), expected, contestants[a]->queries(),
+                                                  found, excuse, to_the_bit);
+        if (!contestants[a]->fault().empty()) retire(*contestants[a], accelerator);
       }
   }
+  return true;
+}
+
+} // namespace
+
+bool race_traversal(std::span<const RaySet> sets, std::span<Contestant* const> contestants,
+                    const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
+  const StandardArithmetic standard_arithmetic;
+  const size_t count = contestants.size();
+  const bool own_calls = std::any_of(contestants.begin(), contestants.end(), [](const Contestant* c) {
+    return std::any_of(kCallForms.begin(), kCallForms.end(),
+                       [c](CallForm form) { return !every_accelerator_has(form) && c->has(form); });
+  });
+  if (!check_answers(sets, contestants, own_calls, settings, progress, result)) return false;
 
   for (uint32_t round = 0; round < settings.repeat; ++round) {
     size_t row = 0;
-    for (const RaySet& set : sets) {
-      Answers answers(set);
-      for (const CallForm form : call_forms(set, own_calls)) {
+    for (size_t s = 0; s < sets.size(); ++s) {
+      Answers answers(sets[s]);
+      for (const CallForm form : call_forms(sets[s], own_calls)) {
         if (!progress(
-                fmt::format("round {} of {}: {}, {}", round + 1, settings.repeat, set.name, call_form_name(form))))
+                fmt::format("round {} of {}: {}, {}", round + 1, settings.repeat, sets[s].name, call_form_name(form))))
           return false;
         for (size_t turn = 0; turn < count; ++turn) {
           const size_t a = (turn + round) % count;
-          const accel::Accelerator* racer = racers[a].by(form);
-          if (racer == nullptr) continue;
-          const WorkTime work = measure(clock_s, [&] { trace(*racer, set, form, settings.batch_size, answers); });
-          result.accelerators[a].traversal[row].times_s.push_back(time_by(settings.clock, work));
-          result.accelerators[a].traversal_work += work;
+          AcceleratorResult& accelerator = result.accelerators[a];
+          if (!accelerator.fault.empty() || !contestants[a]->has(form)) continue;
+          if (const auto work = contestants[a]->trace(s, form, settings.batch_size, answers)) {
+            accelerator.traversal[row].times_s.push_back(time_by(settings.clock, *work));
+            accelerator.traversal_work += *work;
+          } else {
+            retire(*contestants[a], accelerator);
+          }
         }
         ++row;
       }
@@ -280,6 +234,55 @@ bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Acceler
     for (size_t row = 0; row < first.size(); ++row)
       if (first[row].times_s.size() == accelerator.traversal[row].times_s.size())
         accelerator.traversal[row].ratio_to_first = speed_ratio(first[row].times_s, accelerator.traversal[row].times_s);
+  return true;
+}
+
+bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
+                    const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
+  std::vector<std::unique_ptr<Contestant>> owned;
+  std::vector<Contestant*> contestants;
+  for (const accel::Accelerator* accelerator : accelerators) {
+    owned.push_back(std::make_unique<LocalContestant>(*accelerator, sets, settings.embree_calls));
+    contestants.push_back(owned.back().get());
+  }
+  return race_traversal(sets, contestants, settings, progress, result);
+}
+
+std::vector<RaySet> oracle_sets(std::span<const RaySet> sets, size_t triangle_count) {
+  constexpr size_t kTests = size_t{1} << 28;
+  constexpr size_t kFewest = 16; // fewer prove little
+  const size_t affordable = kTests / std::max<size_t>(triangle_count, 1);
+  std::vector<RaySet> chosen;
+  for (const RaySet& set : sets) {
+    RaySet& some = chosen.emplace_back(RaySet{set.name, set.query, 0, {}});
+    const size_t count = affordable < kFewest ? 0 : std::min({affordable, kOracleRays, set.rays.size()});
+    for (size_t i = 0; i < count; ++i) some.rays.push_back(set.rays[i * set.rays.size() / count]);
+  }
+  return chosen;
+}
+
+bool check_against_oracle(std::span<const RaySet> sets, size_t first_set, std::span<Contestant* const> contestants,
+                          const accel::BuildInput& geometry, const RaceProgress& progress, SceneResult& result) {
+  const StandardArithmetic standard_arithmetic;
+  const auto oracle = accel::make_accelerator(accel::Kind::brute_force, geometry);
+  const Excuse excuse = rounding_in(&geometry);
+  for (AcceleratorResult& accelerator : result.accelerators) accelerator.oracle.emplace();
+  for (size_t s = 0; s < sets.size(); ++s) {
+    if (sets[s].rays.empty()) continue;
+    if (!progress(fmt::format("check of {} by brute force", sets[s].name))) return false;
+    const Answers expected = oracle_answers(*oracle, sets[s]);
+    Answers found(sets[s]);
+    for (size_t a = 0; a < contestants.size(); ++a) {
+      AcceleratorResult& accelerator = result.accelerators[a];
+      if (!accelerator.fault.empty()) continue;
+      if (contestants[a]->trace(first_set + s, CallForm::single, 1, found)) {
+        accelerator.oracle->ray_count += sets[s].rays.size();
+        accelerator.oracle->disagreements.add(count_disagreements(sets[s], *oracle, expected, contestants[a]->queries(),
+                                                                  found, excuse, answers_exactly(accelerator)));
+      }
+      if (!contestants[a]->fault().empty()) retire(*contestants[a], accelerator);
+    }
+  }
   return true;
 }
 

@@ -1,9 +1,11 @@
-// Measures builds and traversal, cross-checks answers, and maps the cost of camera rays.
+// Races contestants at builds and traversal, cross-checks answers, maps the cost of camera rays.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/accelerator.h"
+#include "renderer/app/shootout/contestant.h"
 #include "renderer/app/shootout/shootout_report.h"
+#include "renderer/app/shootout/trace_rays.h"
 #include "renderer/camera/camera.h"
 #include "renderer/session/ray_set.h"
 
@@ -13,14 +15,6 @@
 #include <vector>
 
 namespace kindling::app {
-
-// The answers to a set of rays: `hits` for RayQuery::nearest, `occluded` for RayQuery::any_hit.
-struct Answers {
-  std::vector<accel::Hit> hits;
-  std::vector<uint8_t> occluded;
-
-  explicit Answers(const RaySet& set);
-};
 
 struct RaceSettings {
   uint32_t batch_size = 256;
@@ -39,12 +33,6 @@ using RaceProgress = std::function<bool(const std::string& next)>;
 // any-hit rays; with `embree_calls` also those of Embree. None for an empty set.
 [[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls);
 
-// Traces all rays of the set. A batch call gets `batch_size` rays, a coherent call one group, or a
-// batch if the set has no groups. Embree's own calls are batch calls of the adapters of
-// with_embree_call().
-void trace(const accel::Accelerator& accelerator, const RaySet& set, CallForm form, uint32_t batch_size,
-           Answers& answers);
-
 // Returns true if two different answers to one ray (either may be a miss) are both right within
 // rounding.
 using Excuse = std::function<bool(const accel::Ray& ray, const accel::Hit& expected, const accel::Hit& found)>;
@@ -59,28 +47,42 @@ inline constexpr float kDistanceTolerance = 1e-4f;
                                                 const Answers& expected, const accel::Accelerator& other,
                                                 const Answers& found, const Excuse& excuse, bool to_the_bit = false);
 
-// Builds every variant `build_repeat` times on one thread and on many, in turn, and returns the
-// last build of each. Returns nothing if `progress` ends the race.
-[[nodiscard]] std::vector<std::unique_ptr<accel::Accelerator>> race_builds(const accel::BuildInput& input,
-                                                                           std::span<AcceleratorResult> results,
-                                                                           const RaceSettings& settings,
-                                                                           const RaceProgress& progress);
+// Lets every contestant build `build_repeat` times on one thread and on many, in turn. results[i]
+// belongs to contestants[i]; one that fails gets its fault and builds no more. Returns false if
+// `progress` ends the race.
+[[nodiscard]] bool race_builds(std::span<Contestant* const> contestants, std::span<AcceleratorResult> results,
+                               const RaceSettings& settings, const RaceProgress& progress);
 
-// Traces on the calling thread: a round that warms up and compares answers, then `repeat` timed
-// rounds over kinds of rays, forms of call and accelerators, each round with a different
-// accelerator first. Fills SceneResult::sets and the traversal rows; result.accelerators[i] belongs
-// to accelerators[i]. Returns false if `progress` ends the race.
+// Traces on one thread: a round that warms up and compares answers, then `repeat` timed rounds over
+// kinds of rays, forms of call and contestants, each round with a different one first. Fills
+// SceneResult::sets and the traversal rows; result.accelerators[i] belongs to contestants[i], and
+// its index s in their lists of sets to sets[s]. The first contestant must not fail; another one
+// that fails gets its fault, and its times are dropped. Returns false if `progress` ends the race.
+[[nodiscard]] bool race_traversal(std::span<const RaySet> sets, std::span<Contestant* const> contestants,
+                                  const RaceSettings& settings, const RaceProgress& progress, SceneResult& result);
+// The same for accelerators that are built already.
 [[nodiscard]] bool race_traversal(std::span<const RaySet> sets, std::span<const accel::Accelerator* const> accelerators,
                                   const RaceSettings& settings, const RaceProgress& progress, SceneResult& result);
+
+// The share of each set that brute force can answer in about a second: every n-th ray, at most
+// kOracleRays; none if there are too many triangles (with all instances).
+inline constexpr size_t kOracleRays = 4096;
+[[nodiscard]] std::vector<RaySet> oracle_sets(std::span<const RaySet> sets, size_t triangle_count);
+// Compares single answers to these sets with those of brute force over `geometry`, for all
+// contestants that have no fault; `first_set` is the index of sets[0] in their lists. Returns false
+// if `progress` ends the race.
+[[nodiscard]] bool check_against_oracle(std::span<const RaySet> sets, size_t first_set,
+                                        std::span<Contestant* const> contestants, const accel::BuildInput& geometry,
+                                        const RaceProgress& progress, SceneResult& result);
 
 // The mean cost of single queries by kind of rays, over every n-th ray, at most about kCostRays of
 // each kind. Empty for libraries that do not report it.
 inline constexpr size_t kCostRays = 1 << 14;
 [[nodiscard]] std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::span<const RaySet> sets);
 
-// The wall time of a single nearest-hit query for the ray through each pixel's center, minus the
-// cost of reading the clock; the median of kHeatMapRounds rounds over the image.
-inline constexpr int kHeatMapRounds = 7;
+// The rays through the centers of the pixels, row by row, as a set.
+[[nodiscard]] RaySet center_rays(const Camera& camera);
+// time_single_calls() for these rays.
 [[nodiscard]] HeatMap measure_heat_map(const accel::Accelerator& accelerator, const Camera& camera);
 // The number of nodes and leaves that this query visits. Empty for libraries that do not report it.
 [[nodiscard]] HeatMap count_step_map(const accel::Accelerator& accelerator, const Camera& camera);

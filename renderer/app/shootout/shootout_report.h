@@ -5,6 +5,7 @@
 #include "accel/accelerator.h"
 #include "renderer/app/measure/measurement.h"
 #include "renderer/app/options/accelerator_variant.h"
+#include "renderer/app/options/plugin_spec.h"
 #include "renderer/app/options/shootout_clock.h"
 #include "renderer/base/math.h"
 #include "renderer/base/stopwatch.h"
@@ -95,14 +96,29 @@ struct LeafSizes {
   size_t max = 0;
 };
 
+// Single answers to some rays of each kind, compared with those of brute force.
+struct OracleCheck {
+  uint64_t ray_count = 0;
+  Disagreements disagreements;
+};
+
 struct AcceleratorResult {
-  AcceleratorVariant variant;
+  AcceleratorVariant variant;       // has no meaning for a plugin
+  std::optional<PluginSpec> plugin; // unset for accelerators of ours
+  std::string description;          // of the plugin, by itself
+  std::string fault;                // what put a plugin out of the race; empty if nothing did
   BuildResult build;
   std::vector<TraversalResult> traversal; // by set, then by form; the same rows for all accelerators
   WorkTime traversal_work;                // sum over all timed repetitions: wall time, CPU time of the tracing thread
   std::vector<MeanCost> costs;            // by set; empty for libraries that do not report it
   HeatMap heat_map;                       // nanoseconds of a single call; empty if not requested
   HeatMap step_map;                       // nodes and leaves visited; empty also for libraries that do not report it
+  std::optional<OracleCheck> oracle;      // in races with plugins
+
+  [[nodiscard]] std::string name() const { return plugin ? plugin->name() : variant.name(); }
+  [[nodiscard]] bool is(accel::Kind kind) const { return !plugin && variant.kind == kind; }
+  // False for Embree's faster mode. Plugins make no promise.
+  [[nodiscard]] bool is_robust() const { return !plugin && variant.robust; }
 };
 
 struct RaySetInfo {

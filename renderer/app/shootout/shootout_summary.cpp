@@ -14,18 +14,18 @@ namespace kindling::app {
 namespace {
 
 using SetFilter = bool (*)(const RaySetInfo&);
-using VariantFilter = std::function<bool(const AcceleratorVariant&)>;
+using RivalFilter = std::function<bool(const AcceleratorResult&)>;
 
 // The mean ratio of speeds over the wanted kinds of rays.
 std::optional<double> speed_against(const SceneResult& scene, const AcceleratorResult& own, SetFilter wanted,
-                                    std::optional<CallForm> form, const VariantFilter& rival) {
+                                    std::optional<CallForm> form, const RivalFilter& rival) {
   std::vector<double> ratios;
   for (size_t set = 0; set < scene.sets.size(); ++set) {
     if (!wanted(scene.sets[set])) continue;
     const TraversalResult* mine = fastest_row(own, set, form);
     const TraversalResult* theirs = nullptr;
     for (const AcceleratorResult& accelerator : scene.accelerators) {
-      if (!rival(accelerator.variant)) continue;
+      if (!rival(accelerator)) continue;
       const TraversalResult* row = fastest_row(accelerator, set, form);
       if (row && (!theirs || median(row->times_s) < median(theirs->times_s))) theirs = row;
     }
@@ -37,10 +37,10 @@ std::optional<double> speed_against(const SceneResult& scene, const AcceleratorR
 
 // The ratio of a quantity of builds.
 std::optional<double> build_against(const SceneResult& scene, const AcceleratorResult& own,
-                                    double (*quantity)(const BuildResult&), const VariantFilter& rival) {
+                                    double (*quantity)(const BuildResult&), const RivalFilter& rival) {
   std::optional<double> smallest;
   for (const AcceleratorResult& accelerator : scene.accelerators)
-    if (rival(accelerator.variant)) {
+    if (rival(accelerator)) {
       const double value = quantity(accelerator.build);
       smallest = std::min(value, smallest.value_or(value));
     }
@@ -57,10 +57,11 @@ double build_time(const BuildResult& build) { return median(build.many_threads_s
 double memory(const BuildResult& build) { return static_cast<double>(build.statistics.memory_bytes); }
 
 EmbreeComparison compare(const SceneResult& scene, const AcceleratorResult& own) {
-  EmbreeComparison comparison{own.variant.name(), {}};
+  EmbreeComparison comparison{own.name(), {}};
   const auto embree = [](std::optional<accel::Quality> quality, bool robust_only) {
-    return [quality, robust_only](const AcceleratorVariant& v) {
-      return v.kind == accel::Kind::embree && (v.robust || !robust_only) && (!quality || v.quality == *quality);
+    return [quality, robust_only](const AcceleratorResult& a) {
+      return a.is(accel::Kind::embree) && (a.variant.robust || !robust_only) &&
+             (!quality || a.variant.quality == *quality);
     };
   };
   const auto add_speed = [&](const char* measure, SetFilter sets, std::optional<CallForm> form, double aim) {
@@ -96,7 +97,7 @@ std::optional<double> mean(const std::vector<EmbreeComparison>& scenes, size_t l
 std::vector<EmbreeComparison> compare_with_embree(const SceneResult& scene) {
   std::vector<EmbreeComparison> comparisons;
   const auto is = [](accel::Kind kind) {
-    return [kind](const AcceleratorResult& accelerator) { return accelerator.variant.kind == kind; };
+    return [kind](const AcceleratorResult& accelerator) { return accelerator.is(kind); };
   };
   if (std::none_of(scene.accelerators.begin(), scene.accelerators.end(), is(accel::Kind::embree))) return {};
   for (const AcceleratorResult& accelerator : scene.accelerators)

@@ -35,8 +35,9 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
     const auto ratio = [](size_t a, size_t b) {
       return a > 0 && b > 0 ? fmt::format("{:.2f}", static_cast<double>(a) / static_cast<double>(b)) : "-";
     };
-    table.add({accelerator.variant.name(), format_short_time(median(build.one_thread_s)),
-               format_short_time(median(build.many_threads_s)), std::string(accel::simd_target_name(s.simd)),
+    table.add({accelerator.name(), or_dash(build.one_thread_s.size(), format_short_time(median(build.one_thread_s))),
+               or_dash(build.many_threads_s.size(), format_short_time(median(build.many_threads_s))),
+               accelerator.plugin ? "-" : std::string(accel::simd_target_name(s.simd)),
                or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
                build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
                or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
@@ -60,7 +61,7 @@ std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, boo
 
 std::string speed_table(const SceneResult& scene) {
   std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
-  for (const AcceleratorResult& accelerator : scene.accelerators) columns.push_back({accelerator.variant.name(), true});
+  for (const AcceleratorResult& accelerator : scene.accelerators) columns.push_back({accelerator.name(), true});
   TextTable table(columns);
   for (size_t row = 0; row < scene.accelerators.front().traversal.size(); ++row) {
     const TraversalResult& first = scene.accelerators.front().traversal[row];
@@ -92,7 +93,7 @@ std::string cost_table(const SceneResult& scene) {
     for (size_t set = 0; set < accelerator.costs.size(); ++set) {
       const MeanCost& cost = accelerator.costs[set];
       if (scene.sets[set].ray_count == 0) continue;
-      table.add({accelerator.variant.name(), scene.sets[set].name, fmt::format("{:.2f}", cost.nodes),
+      table.add({accelerator.name(), scene.sets[set].name, fmt::format("{:.2f}", cost.nodes),
                  fmt::format("{:.2f}", cost.leaves), fmt::format("{:.1f}", cost.triangles)});
       any = true;
     }
@@ -123,21 +124,34 @@ std::string embree_call_table(const SceneResult& scene) {
   return "\nEmbree's own calls: packets as wide as its kernels, streams of 128\n" + table.str();
 }
 
+// The answers that brute force gives too, in races with plugins.
+std::string oracle_line(const AcceleratorResult& accelerator) {
+  if (!accelerator.oracle) return {};
+  const Disagreements& found = accelerator.oracle->disagreements;
+  return fmt::format("  {}: {} disagreement{} with brute force among {} single answers ({} hit or miss, {} distance)\n",
+                     accelerator.name(), found.total(), found.total() == 1 ? "" : "s", accelerator.oracle->ray_count,
+                     found.hit_or_miss, found.distance);
+}
+
 std::string disagreement_lines(const SceneResult& scene) {
   std::string text;
   for (const AcceleratorResult& accelerator : scene.accelerators) {
+    if (!accelerator.fault.empty()) {
+      text += fmt::format("  {}: out of the race; it {}\n", accelerator.name(), printable(accelerator.fault));
+      continue;
+    }
     uint64_t compared = 0;
     for (const TraversalResult& result : accelerator.traversal)
       if (!result.times_s.empty()) compared += scene.sets[result.set].ray_count;
     const Disagreements sum = sum_disagreements(accelerator);
     text +=
         fmt::format("  {}: {} disagreement{} with single calls of {} among {} answers ({} hit or miss, {} distance)",
-                    accelerator.variant.name(), sum.total(), sum.total() == 1 ? "" : "s",
-                    scene.accelerators.front().variant.name(), compared, sum.hit_or_miss, sum.distance);
+                    accelerator.name(), sum.total(), sum.total() == 1 ? "" : "s", scene.accelerators.front().name(),
+                    compared, sum.hit_or_miss, sum.distance);
     if (sum.total() > 0) text += fmt::format(", {} of them at an edge of a triangle", sum.at_edge);
-    if (sum.total() > 0 && !accelerator.variant.robust)
+    if (sum.total() > 0 && !accelerator.is_robust() && !accelerator.plugin)
       text += "; accelerators that are not robust let rays through at edges";
-    text += '\n';
+    text += '\n' + oracle_line(accelerator);
   }
   return text;
 }
