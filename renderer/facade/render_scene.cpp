@@ -4,6 +4,7 @@
 
 #include "renderer/facade/choose.h"
 #include "renderer/facade/light_sizes.h"
+#include "renderer/import/load_scene.h"
 #include "renderer/scene/strokes.h"
 
 #include <tbb/task_group.h>
@@ -48,7 +49,7 @@ Result<std::unique_ptr<RenderScene>> load_render_scene(const std::filesystem::pa
   std::optional<Result<LoadedEnvironment>> environment;
   tbb::task_group group;
   group.run([&] { environment.emplace(load_environment(settings, &loaded->environment_times)); });
-  Result<Scene> scene = load_gltf(file, import_options, listener);
+  Result<Scene> scene = load_scene(file, import_options, listener);
   group.wait();
   if (!scene.ok()) return scene.error();
   if (!environment->ok()) return environment->error();

@@ -79,7 +79,7 @@ struct RenderScene {
 [[nodiscard]] Result<void> choose_shown(RenderScene& scene, const WorldSettings& settings);
 
 // Loads a file and its environment in parallel, then calls choose_shown(). Reports Phase::load to
-// the listener, which may be null. Fails as load_gltf(), load_environment() and choose_shown() do;
+// the listener, which may be null. Fails as load_scene(), load_environment() and choose_shown() do;
 // an error of the scene comes first.
 [[nodiscard]] Result<std::unique_ptr<RenderScene>>
 load_render_scene(const std::filesystem::path& file, const WorldSettings& settings, ProgressListener* listener);

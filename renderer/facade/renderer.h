@@ -90,7 +90,7 @@ struct ReplayedPath {
 // messages.
 class Renderer {
  public:
-  // Loads a .gltf or .glb file, and the environment of the settings. Fails as load_gltf() and
+  // Loads a scene file, and the environment of the settings. Fails as load_scene() and
   // load_environment() do, and (usage) if the file lacks the scene or the variant of the settings.
   [[nodiscard]] static Result<Renderer> load(const std::filesystem::path& file, const WorldSettings& settings = {},
                                              const RunOptions& run = {});

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/import/load_gltf.h"
 
+#include "renderer/import/guarded.h"
 #include "renderer/import/lights/image_lights.h"
 #include "renderer/import/lights/photometric_lights.h"
 #include "renderer/import/materials/materials.h"
@@ -13,12 +14,8 @@
 #include "renderer/import/nodes/nodes.h"
 #include "renderer/import/open_document.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <exception>
-#include <new>
-#include <system_error>
 #include <utility>
 
 namespace kindling {
@@ -80,44 +77,12 @@ Scene import(const std::filesystem::path& path, const ImportOptions& options, Pr
 } // namespace
 } // namespace gltf
 
-namespace {
-
-// Returns what `work` returns. Exceptions become errors in one line.
-template <typename Value, typename Work>
-Result<Value> guarded(const std::filesystem::path& path, const Work& work) {
-  const auto error = [&](ErrorKind kind, std::string_view message) {
-    return Error{kind, fmt::format("{}: {}", path.string(), message)};
-  };
-  try {
-    return work();
-  } catch (const gltf::ImportFailure& failure) {
-    return error(failure.error.kind, failure.error.message);
-  } catch (const std::bad_alloc&) {
-    return error(ErrorKind::render_failed, "not enough memory to read the scene");
-  } catch (const std::system_error& e) { // of the machine: threads, files
-    return error(ErrorKind::input_output, fmt::format("cannot be read: {}", e.what()));
-  } catch (const std::exception& e) {
-    return error(ErrorKind::scene_invalid, fmt::format("cannot be read: {}", e.what()));
-  }
-}
-
-} // namespace
-
 Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options, ProgressListener* listener) {
   gltf::Warnings warnings(options.strict);
-  return guarded<Scene>(path, [&] {
+  return gltf::guarded<Scene>(path, [&] {
     Scene scene = gltf::import(path, options, listener, warnings);
     warnings.send(path.string(), listener);
     return scene;
-  });
-}
-
-Result<std::vector<std::filesystem::path>> list_scene_files(const std::filesystem::path& path,
-                                                            const ImportLimits& limits) {
-  return guarded<std::vector<std::filesystem::path>>(path, [&] {
-    std::vector<std::filesystem::path> files = gltf::list_files(path, limits);
-    files.insert(files.begin(), path);
-    return files;
   });
 }
 

@@ -41,9 +41,4 @@ struct ImportOptions {
 [[nodiscard]] Result<Scene> load_gltf(const std::filesystem::path& path, const ImportOptions& options,
                                       ProgressListener* listener);
 
-// Returns the files that a scene consists of, its own first, without reading the others. Fails as
-// load_gltf() does where the file itself is at fault.
-[[nodiscard]] Result<std::vector<std::filesystem::path>> list_scene_files(const std::filesystem::path& path,
-                                                                          const ImportLimits& limits);
-
 } // namespace kindling

@@ -72,12 +72,12 @@ TEST_F(Usage, MissingPartsOfTheSceneExitWith2) {
 }
 
 TEST_F(Usage, NamesAConverterForOtherFormats) {
-  std::ofstream(folder_ / "house.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-  const ProgramResult result = run_program({"render", "house.obj"}, folder_);
+  std::ofstream(folder_ / "house.dae") << "<?xml version=\"1.0\"?>\n<COLLADA/>\n";
+  const ProgramResult result = run_program({"render", "house.dae"}, folder_);
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_EQ(result.err,
-            "kindling: error: house.obj: a Wavefront OBJ file, not glTF; convert it with obj2gltf (npm): obj2gltf -i "
-            "house.obj -o house.glb\n");
+            "kindling: error: house.dae: a COLLADA file, not glTF; convert it with assimp: assimp export house.dae "
+            "house.glb\n");
 }
 
 TEST_F(Usage, StrictInfoRefusesRepairableFaults) {

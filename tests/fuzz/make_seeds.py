@@ -235,6 +235,35 @@ def ies(seeds):
     seeds.add("ies", b"TILT=NONE\r\n1 -1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 5 6\r\n")
 
 
+PLY = """ply
+format %s 1.0
+comment seed
+element vertex 3
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+element face 1
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def polygons(seeds):
+    corners, face = ((0, 0, 0), (1, 0, 0), (0, 1, 0)), (0, 1, 2)
+    text = "".join(f"{x} {y} {z} 255 128 0\n" for x, y, z in corners) + "3 0 1 2\n"
+    seeds.add("polygons", b"\0" + (PLY % "ascii" + text).encode())
+    for order, name in (("<", "binary_little_endian"), (">", "binary_big_endian")):
+        body = b"".join(struct.pack(order + "3f3B", *p, 255, 128, 0) for p in corners) + struct.pack(order + "B3i", 3, *face)
+        seeds.add("polygons", b"\0" + (PLY % name).encode() + body)
+    seeds.add("polygons", b"\1v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -3 -2 -1\n")
+    facet = "".join("vertex %g %g %g\n" % p for p in corners)
+    seeds.add("polygons", f"\2solid a\nfacet normal 0 0 1\nouter loop\n{facet}endloop\nendfacet\nendsolid a\n".encode())
+    seeds.add("polygons", b"\2" + bytes(80) + struct.pack("<I12fH", 1, 0, 0, 1, *[x for p in corners for x in p], 0))
+
+
 OCIO = """Linear
 ocio_profile_version: 2
 environment: {SHOT: a}
@@ -346,7 +375,7 @@ def main():
     parser.add_argument("--only", action="append", default=[], metavar="KIND", help="one kind; may be repeated")
     options = parser.parse_args()
     seeds = Seeds(options.folder, options.only)
-    for make in (pngs, oiio_images, ktx2, scenes, ies, ocio, records, flags, findings):
+    for make in (pngs, oiio_images, ktx2, scenes, ies, polygons, ocio, records, flags, findings):
         make(seeds)
     if options.programs:
         from_programs(seeds, options.programs)

@@ -64,8 +64,7 @@ TEST(Container, NamesAConverterForOtherFormats) {
   const auto described = [](std::string_view text, const char* name) {
     return gltf::describe_other_format(std::as_bytes(std::span(text.data(), text.size())), name);
   };
-  EXPECT_EQ(described("v 0 0 0\nf 1 1 1\n", "house.obj"),
-            "a Wavefront OBJ file, not glTF; convert it with obj2gltf (npm): obj2gltf -i house.obj -o house.glb");
+  EXPECT_EQ(described("ply\nformat ascii 1.0\n", "house.gltf"), "a PLY file, not glTF; rename it to house.ply");
   EXPECT_EQ(described("#usda 1.0\n", "house.scene"),
             "a USD file, not glTF; convert it with Blender (File > Export > glTF 2.0)");
   EXPECT_EQ(described("PK\x03\x04", "Toy.USDZ"),

@@ -63,9 +63,11 @@ std::string describe_extra(const std::string& word, const FlagSet& flags, std::s
 
 // Explanations of the operands in the help.
 constexpr const char* kSceneHelp =
-    "\n\nSCENE is a .gltf or .glb file. [Defaults] are in brackets; the last use of a flag counts.";
-constexpr const char* kSceneOrAccumulationHelp =
-    "\n\nFILE is a scene (.gltf, .glb), or a checkpoint, part or merge (.kacc). [Defaults] are in brackets.";
+    "\n\nSCENE is a .gltf or .glb file, or a mesh (.ply, .obj, .stl). [Defaults] are in brackets; the last use of a "
+    "flag counts.";
+constexpr const char* kSceneOrAccumulationHelp = "\n\nFILE is a scene (.gltf, .glb), a mesh (.ply, .obj, .stl), or a "
+                                                 "checkpoint, part or merge (.kacc). [Defaults] are "
+                                                 "in brackets.";
 constexpr const char* kCheckpointHelp =
     "\n\nFILE.kacc is the checkpoint of a render. [Defaults] are in brackets; the last use of a flag counts.";
 constexpr const char* kPartHelp =
@@ -347,7 +349,7 @@ Result<CommandLine> parse_command_line(std::span<const char* const> arguments) {
   }
 
   const std::string extension = std::filesystem::path(command).extension().string();
-  if (extension == ".gltf" || extension == ".glb")
+  if (extension == ".gltf" || extension == ".glb" || extension == ".ply" || extension == ".obj" || extension == ".stl")
     return usage_error(fmt::format("'{}' is not a command; did you mean 'kindling render {}'?", command, command));
   return usage_error(fmt::format("unknown {} '{}'; use {}", command.starts_with('-') ? "flag" : "command", command,
                                  join_choices(command_names())));

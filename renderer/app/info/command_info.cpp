@@ -11,7 +11,7 @@
 #include "renderer/facade/choose.h"
 #include "renderer/facade/load_environment.h"
 #include "renderer/facade/render_stage.h"
-#include "renderer/import/load_gltf.h"
+#include "renderer/import/load_scene.h"
 #include "renderer/scene/strokes.h"
 
 #include <fmt/format.h>
@@ -131,7 +131,7 @@ Result<std::string> describe(const InfoOptions& options, Console& console) {
   import_options.strict = options.strict;
   import_options.decode_textures = options.topic == InfoTopic::everything; // sizes of textures need their pixels
   import_options.limits.follow_links = options.image.follow_links;
-  Result<Scene> scene = load_gltf(options.scene_file, import_options, &display);
+  Result<Scene> scene = load_scene(options.scene_file, import_options, &display);
   display.end_phase();
   if (!scene.ok()) return scene.error();
   if (options.topic == InfoTopic::scenes) return list_scenes(scene.value(), options.json);

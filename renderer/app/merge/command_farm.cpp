@@ -13,7 +13,7 @@
 #include "renderer/app/text/text_format.h"
 #include "renderer/distributed/farm_status.h"
 #include "renderer/distributed/farm_worker.h"
-#include "renderer/import/load_gltf.h"
+#include "renderer/import/load_scene.h"
 #include "renderer/session/program_identity.h"
 
 #include <fmt/format.h>
@@ -114,7 +114,7 @@ Result<void> check_plan(const FarmPlan& plan, const FarmEngine& engine, bool che
   import_options.files = &files;
   if (const auto* options = std::get_if<RenderOptions>(&render.value().command))
     import_options.limits.follow_links = options->follow_links;
-  if (Result<Scene> scene = load_gltf(plan.scene, import_options, nullptr); !scene.ok()) return scene.error();
+  if (Result<Scene> scene = load_scene(plan.scene, import_options, nullptr); !scene.ok()) return scene.error();
   return check_files(plan, render.value(), files);
 }
 

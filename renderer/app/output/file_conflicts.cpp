@@ -4,7 +4,7 @@
 
 #include "renderer/film/write_film.h"
 #include "renderer/image/output_file.h"
-#include "renderer/import/load_gltf.h"
+#include "renderer/import/load_scene.h"
 #include "renderer/session/checkpoint.h"
 
 #include <fmt/format.h>

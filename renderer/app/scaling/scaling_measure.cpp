@@ -5,7 +5,7 @@
 #include "renderer/app/render/render_image.h"
 #include "renderer/app/terminal/process_info.h"
 #include "renderer/facade/load_environment.h"
-#include "renderer/import/load_gltf.h"
+#include "renderer/import/load_scene.h"
 #include "renderer/session/render_session.h"
 
 #include <tbb/global_control.h>
@@ -52,7 +52,7 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   import_options.times = &import_times;
   import_options.files = &scene.files;
   import_options.limits.follow_links = options.follow_links;
-  Result<Scene> loaded = load_gltf(options.scene_file, import_options, &listener);
+  Result<Scene> loaded = load_scene(options.scene_file, import_options, &listener);
   if (!loaded.ok()) return loaded.error();
   scene.scene = std::move(loaded).value();
   // Loaded after the scene and not in parallel, so that each phase has all threads.

@@ -18,11 +18,10 @@ struct OtherFormat {
   std::string_view extension; // ".obj"
   std::string_view signature; // first bytes; empty: the extension alone tells
   std::string_view name;
-  std::string_view converter; // {} is the file's stem
+  std::string_view converter; // {} is the file's stem; empty: read by this program under its extension
 };
 
 constexpr OtherFormat kOtherFormats[] = {
-    {".obj", "", "a Wavefront OBJ file", "obj2gltf (npm): obj2gltf -i {0}.obj -o {0}.glb"},
     {".usda", "#usda", "a USD file", kBlender},
     {".usdc", "PXR-USDC", "a USD file", kBlender},
     {".usd", "", "a USD file", kBlender},
@@ -31,8 +30,8 @@ constexpr OtherFormat kOtherFormats[] = {
     {".blend", "BLENDER", "a Blender file", kBlender},
     {".dae", "", "a COLLADA file", "assimp: assimp export {0}.dae {0}.glb"},
     {".3ds", "", "a 3DS file", "assimp: assimp export {0}.3ds {0}.glb"},
-    {".stl", "solid ", "an STL file", "assimp: assimp export {0}.stl {0}.glb"},
-    {".ply", "ply", "a PLY file", "assimp: assimp export {0}.ply {0}.glb"},
+    {".stl", "solid ", "an STL file", ""},
+    {".ply", "ply", "a PLY file", ""},
     {".abc", "Ogawa", "an Alembic file", kBlender},
     {".vrml", "#VRML", "a VRML file", kBlender},
     {".wrl", "#VRML", "a VRML file", kBlender},
@@ -62,6 +61,8 @@ std::string describe_other_format(Bytes file, const std::filesystem::path& path)
   for (const OtherFormat& format : kOtherFormats) {
     const bool signed_so = !format.signature.empty() && text.starts_with(format.signature);
     if (!signed_so && extension != format.extension) continue;
+    if (format.converter.empty())
+      return fmt::format("{}, not glTF; rename it to {}{}", format.name, path.stem().string(), format.extension);
     return fmt::format("{}, not glTF; convert it with {}", format.name,
                        fmt::format(fmt::runtime(format.converter), path.stem().string()));
   }
