@@ -141,7 +141,7 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   }
 }
 
-// Samples one light for every vertex of a group that reflects.
+// Samples one light for every vertex of a group that reflects, except where it would be in vain.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
   size_t query_count = 0;
@@ -149,9 +149,11 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
     ShadeGroup::Member& member = group.members[i];
     const PathInFlight path = path_at(context.active[first + i], context);
     if (!context.hits[first + i].is_hit() || !PathStages::reflects(member.surface, path.state)) continue;
+    const LightQuery query = stages_.light_query(path, member.surface, context.rays[first + i].time, member.sampled);
+    member.light = ShadeGroup::kNoLight;
+    if (!stages_.samples_light(member.surface)) continue;
     member.light = static_cast<uint32_t>(query_count);
-    group.queries[query_count++] =
-        stages_.light_query(path, member.surface, context.rays[first + i].time, member.sampled);
+    group.queries[query_count++] = query;
   }
   world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }

@@ -85,7 +85,8 @@ inline void shade(const PathWave& wave, uint32_t number) {
   SurfaceDraws sampled;
   std::optional<LightSample> light;
   if (PathStages::reflects(surface, path.state))
-    light = world.lights.sample(stages.light_query(path, surface, ray.time, sampled));
+    if (const LightQuery query = stages.light_query(path, surface, ray.time, sampled); stages.samples_light(surface))
+      light = world.lights.sample(query);
   if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
   stages.shade_hit(ray, hit, surface, sampled, light, path, sink);
 }

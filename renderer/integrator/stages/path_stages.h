@@ -82,9 +82,19 @@ struct PathStages {
   // Widens the cone of a path by the way to its hit; returns the footprint there.
   [[nodiscard]] RayFootprint measure_footprint(const accel::Ray& ray, float distance_m, PathState& state) const;
 
-  // True if the surface reflects light, so that one is sampled.
+  // True if the surface reflects light, so that a direction is sampled.
   [[nodiscard]] static bool reflects(const SurfacePoint& surface, const PathState& state) {
     return !surface.unlit && !state.emission_only;
+  }
+  // True if a light is sampled at a surface that reflects. At the smooth boundary of a volume of
+  // glass it would be in vain: it reflects and refracts into exact directions alone, so
+  // LayeredBsdf::eval() is black. regularize() may make it rough.
+  [[nodiscard]] bool samples_light(const SurfacePoint& surface) const {
+    if (!surface.layered || !surface.layers.boundary || settings.caustics != Caustics::full) return true;
+    const LayerParameters& layers = surface.layers.bsdf;
+    return surface.bsdf.roughness > kStraightRoughness || surface.bsdf.metallic > 0.0f || layers.transmission < 1.0f ||
+           layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
+           layers.anisotropy > 0.0f;
   }
   // Draws the random numbers of a surface that reflects. Returns the query for a light.
   [[nodiscard]] LightQuery light_query(const PathInFlight& path, const SurfacePoint& surface, float time,
@@ -97,8 +107,8 @@ struct PathStages {
   // Returns that segment of the ray.
   [[nodiscard]] ShapeRay shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
-  // `light` is the sample for light_query(); it is read, like `sampled`, only if the surface
-  // reflects.
+  // `light` is the sample for light_query(), empty if none was taken; it is read, like `sampled`,
+  // only if the surface reflects.
   template <typename Sink>
   void shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface, const SurfaceDraws& sampled,
                  const std::optional<LightSample>& light, const PathInFlight& path, Sink& sink) const;
