@@ -51,7 +51,7 @@ class FrameLayersCommand : public SceneFolder {
       words.insert(words.end(), more.begin(), more.end());
       render(scene, words);
     };
-    std::filesystem::remove(folder_ / "c.kacc");
+    for (const char* earlier : {"c.kacc", "c.kacc.previous"}) std::filesystem::remove(folder_ / earlier);
     with({"--spp", "8", "-o", "whole.exr"});
     with({"--spp", "8", "--part", "1/2", "--threads", "1", "-o", "p1.kacc"});
     with({"--spp", "8", "--part", "2/2", "--tile-size", "8", "-o", "p2.kacc"});
