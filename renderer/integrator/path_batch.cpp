@@ -61,7 +61,8 @@ void PathIntegrator::follow_caught(const PixelRect& block, const SampleRange& sa
   unshaded.hits.resize(count);
   unshaded_->follow(unshaded);
   for (const uint32_t slot : caught.slots) caught.light[slot].unshadowed = stages_.radiance_of(unshaded.states[slot]);
-  unshaded.counters.paths = 0; // the same ones
+  unshaded.counters.paths = 0;      // the same ones
+  unshaded.counters.camera = count; // those of other paths depend on how an image is divided
   context.counters.add(unshaded.counters);
   unshaded.counters = {};
 }

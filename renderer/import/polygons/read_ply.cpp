@@ -3,6 +3,7 @@
 #include "renderer/import/polygons/read_ply.h"
 
 #include "renderer/import/polygons/text_scanner.h"
+#include "renderer/texture/srgb.h"
 
 #include <fmt/format.h>
 
@@ -205,11 +206,6 @@ std::optional<size_t> find(const Element& element, std::initializer_list<std::st
   return std::nullopt;
 }
 
-// IEC 61966-2-1.
-float linear_of_srgb(double value) {
-  return static_cast<float>(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
-}
-
 void read_vertices(const Element& element, Body& body, PolygonBuilder& builder) {
   const auto x = find(element, {"x"}), y = find(element, {"y"}), z = find(element, {"z"});
   if (!x || !y || !z) gltf::fail("", "vertices without the properties x, y and z");
@@ -238,7 +234,7 @@ void read_vertices(const Element& element, Body& body, PolygonBuilder& builder) 
     V4f rgba(1.0f);
     for (size_t k = 0; k < 3; ++k)
       rgba[static_cast<int>(k)] = is_integer(element.properties[*color[k]].type)
-                                      ? linear_of_srgb(std::clamp(values[*color[k]] / 255.0, 0.0, 1.0))
+                                      ? static_cast<float>(decode_srgb(std::clamp(values[*color[k]] / 255.0, 0.0, 1.0)))
                                       : at(color[k]);
     if (alpha) rgba[3] = is_integer(element.properties[*alpha].type) ? at(alpha) / 255.0f : at(alpha);
     for (int k = 0; k < 4; ++k) rgba[k] = std::isfinite(rgba[k]) ? std::clamp(rgba[k], 0.0f, 1.0f) : 1.0f;
