@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/choose_catchers.h"
 
+#include "renderer/base/text.h"
 #include "renderer/scene/animated_nodes.h"
 
 #include <fmt/format.h>

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include <dlfcn.h>
+#include <sys/auxv.h>
 
 namespace kindling::image_detail {
 
@@ -21,12 +22,21 @@ bool find(void* handle, const char* symbol, Function*& function) {
   return function != nullptr;
 }
 
+// Returns the path of this program; empty if it is unknown.
+fs::path program_path() {
+  std::error_code code;
+  const fs::path program = fs::read_symlink("/proc/self/exe", code);
+  if (!code) return program;
+  // Without /proc: the path by which it was started.
+  const auto* const started = reinterpret_cast<const char*>(getauxval(AT_EXECFN));
+  return started == nullptr ? fs::path() : fs::absolute(started, code);
+}
+
 } // namespace
 
 std::vector<fs::path> oiio_module_folders() {
   std::vector<fs::path> folders;
-  std::error_code code;
-  if (const fs::path program = fs::read_symlink("/proc/self/exe", code); !code) {
+  if (const fs::path program = program_path(); !program.empty()) {
     folders.push_back(program.parent_path());
     folders.push_back((program.parent_path() / KINDLING_OIIO_FROM_PROGRAM).lexically_normal());
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/world_sequence.h"
 #include "tests/integrator/motion_scenes.h"
+#include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 
 #include <limits>
