@@ -43,12 +43,6 @@ bool is_name(const char (&name)[32]) {
          std::all_of(name, end, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
 }
 
-bool is_ray(const accel::Ray& ray) {
-  for (int k = 0; k < 3; ++k)
-    if (!std::isfinite(ray.origin[k]) || !std::isfinite(ray.direction[k])) return false;
-  return ray.direction != Imath::V3f(0.0f) && !std::isnan(ray.t_min) && !std::isnan(ray.t_max);
-}
-
 class RayFileReader {
  public:
   explicit RayFileReader(const std::filesystem::path& path) : path_(path) {}
@@ -88,7 +82,7 @@ class RayFileReader {
       RaySet& out = recording.sets.emplace_back(RaySet{set.name, static_cast<RayQuery>(set.query), set.coherent_group,
                                                        std::vector<accel::Ray>(set.ray_count)});
       if (!take(out.rays.data(), out.rays.size() * sizeof(accel::Ray))) return refuse("cannot be read to its end");
-      const auto bad = std::find_if_not(out.rays.begin(), out.rays.end(), is_ray);
+      const auto bad = std::find_if_not(out.rays.begin(), out.rays.end(), is_valid_ray);
       if (bad != out.rays.end())
         return refuse("ray " + std::to_string(bad - out.rays.begin()) + " of set '" + out.name +
                       "' is none: origin and direction must be finite, the direction not zero, its ends numbers");
@@ -126,6 +120,12 @@ class RayFileReader {
 };
 
 } // namespace
+
+bool is_valid_ray(const accel::Ray& ray) {
+  for (int k = 0; k < 3; ++k)
+    if (!std::isfinite(ray.origin[k]) || !std::isfinite(ray.direction[k])) return false;
+  return ray.direction != Imath::V3f(0.0f) && !std::isnan(ray.t_min) && !std::isnan(ray.t_max);
+}
 
 Result<void> write_ray_file(const std::filesystem::path& path, const RayRecording& recording) {
   Result<AtomicFile> file = AtomicFile::create(path);

@@ -24,8 +24,8 @@ struct RaySet {
 
 // All ray sets of one scene.
 struct RayRecording {
-  uint64_t geometry_hash = 0; // hash_geometry() of the traced geometry
-  V2i size_px{0, 0};          // of the recorded image
+  uint64_t geometry_hash = 0; // hash_geometry() of the traced geometry; 0: rays from elsewhere, for any
+  V2i size_px{0, 0};          // of the recorded image; 0: of none
   std::vector<RaySet> sets;
 };
 

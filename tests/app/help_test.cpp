@@ -96,7 +96,8 @@ TEST(Help, DefaultsOfRenderChangeNothing) {
 }
 
 TEST(Help, EveryValueHasADefault) {
-  const std::set<std::string> kWithout{"--force",
+  const std::set<std::string> kWithout{"--compare",
+                                       "--force",
                                        "--follow-links",
                                        "--outlines",
                                        "--quiet",

@@ -91,8 +91,14 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
                "Race Embree only by the calls that rendering uses, without its packets and streams", o.embree_calls,
                false);
   flags.value("--rays", "FILE",
-              "Replay the rays in this file; if it does not exist, record rays and save them there [record rays]",
+              "Replay the rays in this file, .kray or .npz (arrays origins, directions); if a .kray file does not "
+              "exist, record rays and save them there [record rays]",
               [&o](auto text) { return set_rays_file(text, o.rays_file); });
+  flags.value("--record-rays", "FILE", "Save the rays of the race to this .kray file, replacing it [none]",
+              [&o](auto text) { return set_rays_file(text, o.record_rays_file); });
+  flags.toggle("--compare",
+               "Compare two reports of --json in place of a race: kindling shootout --compare a.json b.json",
+               o.compare);
   flags.value(
       "--threads", "N",
       fmt::format("Threads for loading and for parallel builds; 0: all cores. Rays are traced on one [{}]", o.threads),
@@ -115,15 +121,28 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
 }
 
 Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
+  if (o.compare) {
+    if (o.scene_files.size() != 2)
+      return usage_error(fmt::format("--compare: takes two reports of --json, {} are given", o.scene_files.size()));
+    if (const auto words = flags.given_words({"--compare"}); !words.empty())
+      return usage_error(fmt::format("{}: has no meaning with --compare", words.front()));
+    return {};
+  }
   if (o.scene_files.empty())
     return usage_error("no scene; use 'kindling shootout SCENE... [flags]' with .gltf or .glb files");
   if (!o.rays_file.empty() && o.scene_files.size() > 1)
     return usage_error(fmt::format("--rays: a file holds the rays of one scene; {} are given", o.scene_files.size()));
+  if (!o.record_rays_file.empty() && o.scene_files.size() > 1)
+    return usage_error(
+        fmt::format("--record-rays: a file holds the rays of one scene; {} are given", o.scene_files.size()));
+  if (o.record_rays_file.extension() == ".npz")
+    return usage_error(
+        fmt::format("--record-rays: '{}': rays are recorded to .kray files", o.record_rays_file.string()));
   if (flags.given("--plugin-time-limit") && o.plugins.empty())
     return usage_error("--plugin-time-limit: has no meaning without --plugin");
   if (flags.given("--heat-map") && o.html_file.empty()) return usage_error("--heat-map: has no meaning without --html");
   if (o.view.quiet && o.view.verbose) return usage_error("--quiet and --verbose: give one of them");
-  const std::array files{&o.json_file, &o.csv_file, &o.html_file, &o.rays_file};
+  const std::array files{&o.json_file, &o.csv_file, &o.html_file, &o.rays_file, &o.record_rays_file};
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t j = 0; j < i; ++j)
       if (!files[i]->empty() && files[i]->lexically_normal() == files[j]->lexically_normal())

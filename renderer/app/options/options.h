@@ -104,6 +104,8 @@ struct ShootoutOptions {
   int heat_map_width_px = 320;
 
   std::filesystem::path rays_file;
+  std::filesystem::path record_rays_file;
+  bool compare = false; // the two files in place of scenes are JSON reports, which are compared
   std::filesystem::path json_file;
   std::filesystem::path csv_file;
   std::filesystem::path html_file;

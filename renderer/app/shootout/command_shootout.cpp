@@ -5,6 +5,7 @@
 #include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
 #include "renderer/app/shootout/race_scene.h"
+#include "renderer/app/shootout/shootout_compare.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
 #include "renderer/app/terminal/exit_code.h"
@@ -15,6 +16,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/facade/render_scene.h"
 #include "renderer/facade/render_stage.h"
+#include "renderer/session/npz_rays.h"
 #include "renderer/session/ray_file.h"
 #include "renderer/session/record_rays.h"
 
@@ -75,8 +77,10 @@ class ShootoutCommand {
  private:
   // Finds errors in file names before any work.
   Result<void> check() {
-    const std::pair<const char*, const fs::path*> files[] = {
-        {"--json", &options_.json_file}, {"--csv", &options_.csv_file}, {"--html", &options_.html_file}};
+    const std::pair<const char*, const fs::path*> files[] = {{"--json", &options_.json_file},
+                                                             {"--csv", &options_.csv_file},
+                                                             {"--html", &options_.html_file},
+                                                             {"--record-rays", &options_.record_rays_file}};
     std::vector<NamedFile> read = files_read(options_.view), written;
     for (const auto& [flag, file] : files) {
       if (file->empty() || *file == kStandardOutput) continue;
@@ -101,9 +105,13 @@ class ShootoutCommand {
       return remain;
     if (options_.rays_file.empty()) return {};
     if (recorded) {
-      Result<RayRecording> rays = read_ray_file(options_.rays_file);
+      Result<RayRecording> rays = is_npz() ? read_npz_rays(options_.rays_file) : read_ray_file(options_.rays_file);
       if (!rays.ok()) return Error{rays.error().kind, "--rays: " + rays.error().message};
       replayed_ = std::move(rays).value();
+    } else if (is_npz()) {
+      return Error{ErrorKind::input_output,
+                   fmt::format("--rays: {}: there is no such file; rays are recorded to .kray files",
+                               options_.rays_file.string())};
     } else if (Result<void> writable = check_writable(options_.rays_file); !writable.ok()) {
       return Error{writable.error().kind, "--rays: " + writable.error().message};
     }
@@ -139,9 +147,11 @@ class ShootoutCommand {
                            show(fmt::format("{}: {}", scene_name(result), next));
                            return !cancel_.cancelled();
                          }};
+    const MachineReading before = read_machine();
     Result<bool> raced = race_scene(race, std::move(sets).value(), result);
     if (!raced.ok()) return raced.error();
     const bool finished = raced.value();
+    result.machine = compare_readings(before, read_machine());
     show("");
     if (finished) {
       report_first_disagreements(result);
@@ -215,10 +225,23 @@ class ShootoutCommand {
     return stage;
   }
 
-  // The rays of the file of --rays; if it does not exist, rays are recorded and saved there.
+  [[nodiscard]] bool is_npz() const { return options_.rays_file.extension() == ".npz"; }
+
+  // The rays of the race, saved if --record-rays asks for it.
   Result<std::vector<RaySet>> rays_of(const Stage& stage, SceneResult& result) {
+    Result<std::vector<RaySet>> sets = find_rays(stage, result);
+    if (!sets.ok() || options_.record_rays_file.empty() || cancel_.cancelled()) return sets;
+    RayRecording recording{result.geometry_hash, result.size_px, std::move(sets).value()};
+    if (Result<void> written = write_ray_file(options_.record_rays_file, recording); !written.ok())
+      return Error{written.error().kind, "--record-rays: " + written.error().message};
+    console_.note(fmt::format("rays recorded to {}", options_.record_rays_file.string()));
+    return std::move(recording.sets);
+  }
+
+  // The rays of the file of --rays; if it does not exist, rays are recorded and saved there.
+  Result<std::vector<RaySet>> find_rays(const Stage& stage, SceneResult& result) {
     if (replayed_) {
-      if (replayed_->geometry_hash != result.geometry_hash)
+      if (replayed_->geometry_hash != 0 && replayed_->geometry_hash != result.geometry_hash)
         return Error{
             ErrorKind::usage,
             fmt::format("--rays: {}: recorded in geometry {}, but {} is {}; use the scene, --scene and --time of "
@@ -227,7 +250,7 @@ class ShootoutCommand {
                         options_.rays_file.string(), format_hash(replayed_->geometry_hash), result.file,
                         format_hash(result.geometry_hash))};
       console_.note(fmt::format("rays replayed from {}", options_.rays_file.string()));
-      result.size_px = replayed_->size_px;
+      if (replayed_->size_px != V2i(0, 0)) result.size_px = replayed_->size_px;
       return std::move(replayed_->sets);
     }
     show(fmt::format("{}: recording rays", result.file));
@@ -293,6 +316,12 @@ class ShootoutCommand {
 } // namespace
 
 Result<int> run_shootout(const ShootoutOptions& options, const std::string& command_line, Console& console) {
+  if (options.compare) {
+    const Result<std::string> compared = compare_shootout_files(options.scene_files[0], options.scene_files[1]);
+    if (!compared.ok()) return compared.error();
+    if (Result<void> printed = print(compared.value()); !printed.ok()) return printed.error();
+    return kExitOk;
+  }
   std::optional<tbb::global_control> limit;
   if (options.threads > 0)
     limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(options.threads));

@@ -169,8 +169,7 @@ std::string plugin_paragraphs(const SceneResult& scene) {
   return text;
 }
 
-std::string warning_paragraph(double waiting) {
-  const std::string warning = disturbance_warning(waiting);
+std::string warning_paragraph(const std::string& warning) {
   return warning.empty() ? warning : "<p class=\"warning\">" + escape_html(warning) + "</p>\n";
 }
 
@@ -242,7 +241,7 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   std::string text = fmt::format(
       "<h2>{}</h2>\n<p>{} triangles, {} instances; rays of an image of {} x {} pixels.</p>\n",
       escape_html(scene_name(scene)), scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
-  text += warning_paragraph(worst_waiting_share(scene)) + plugin_paragraphs(scene);
+  text += warning_paragraph(scene_warning(scene)) + plugin_paragraphs(scene);
   text += comparison_tables(compare_with_embree(scene), "h3");
   text += "<h3>Single calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::single; });
   text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
@@ -294,7 +293,7 @@ std::string format_shootout_html(const ShootoutReport& report) {
   if (report.scenes.size() > 1) {
     double waiting = 0.0;
     for (const SceneResult& scene : report.scenes) waiting = std::max(waiting, worst_waiting_share(scene));
-    text += warning_paragraph(waiting) + comparison_tables(means, "h2");
+    text += warning_paragraph(disturbance_warning(waiting)) + comparison_tables(means, "h2");
     if (!means.empty()) text += "<p class=\"note\">Geometric means over all scenes.</p>\n";
   }
   for (const SceneResult& scene : report.scenes) text += scene_section(report, scene);

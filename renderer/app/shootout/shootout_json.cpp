@@ -107,7 +107,12 @@ Json race_scene_json(const SceneResult& scene) {
   json["instances"] = scene.instance_count;
   const double waiting = worst_waiting_share(scene);
   json["waiting_share"] = waiting;
-  json["warning"] = waiting < kQuietWaitingShare ? Json() : Json(disturbance_warning(waiting));
+  const auto known = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
+  json["machine"] = {{"other_cores", known(scene.machine.other_cores)},
+                     {"steal_share", known(scene.machine.steal_share)},
+                     {"median_spread", median_spread(scene)}};
+  const std::string warning = scene_warning(scene);
+  json["warning"] = warning.empty() ? Json() : Json(warning);
   json["rays"] = Json::array();
   for (const RaySetInfo& set : scene.sets)
     json["rays"].push_back({{"name", set.name},

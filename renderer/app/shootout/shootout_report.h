@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "renderer/app/measure/machine_watch.h"
 #include "renderer/app/measure/measurement.h"
 #include "renderer/app/options/accelerator_variant.h"
 #include "renderer/app/options/plugin_spec.h"
@@ -135,6 +136,7 @@ struct SceneResult {
   V2i size_px{0, 0};
   size_t triangle_count = 0; // with all instances
   size_t instance_count = 0;
+  MachineState machine; // while the scene was raced
   std::vector<RaySetInfo> sets;
   std::vector<AcceleratorResult> accelerators;
 };
@@ -162,6 +164,12 @@ struct ShootoutReport {
 // The largest waiting share of the accelerators' traversal and one-thread builds, which other work
 // on the machine causes.
 [[nodiscard]] double worst_waiting_share(const SceneResult& scene);
+// The median over all rows of the spread of their rounds, as a share of the median time; 0 for
+// fewer than three rounds.
+[[nodiscard]] double median_spread(const SceneResult& scene);
+// Returns why the figures should not be quoted, in one or several sentences; empty for a quiet
+// machine.
+[[nodiscard]] std::string scene_warning(const SceneResult& scene);
 [[nodiscard]] Disagreements sum_disagreements(const AcceleratorResult& accelerator);
 [[nodiscard]] LeafSizes summarize_leaf_sizes(const std::vector<size_t>& leaf_sizes);
 // "wall time" or "CPU time of the thread".

@@ -201,6 +201,27 @@ double worst_waiting_share(const SceneResult& scene) {
   return worst;
 }
 
+double median_spread(const SceneResult& scene) {
+  std::vector<double> spreads;
+  for (const AcceleratorResult& accelerator : scene.accelerators)
+    for (const TraversalResult& row : accelerator.traversal)
+      if (row.times_s.size() >= 3) spreads.push_back(summarize(row.times_s).spread_percent() / 100.0);
+  return median(spreads);
+}
+
+std::string scene_warning(const SceneResult& scene) {
+  constexpr double kQuietSpread = 0.15;
+  std::string text = disturbance_warning(worst_waiting_share(scene));
+  const std::vector<std::string> signs = describe_disturbances(scene.machine);
+  if (text.empty() && !signs.empty()) text = "The machine was not quiet; do not quote these figures.";
+  for (const std::string& sign : signs) text += " " + sign;
+  if (const double spread = median_spread(scene); spread >= kQuietSpread)
+    text += fmt::format("{}Rounds over the same rays differ by {:.0f} % (median): more rays or a quieter machine give "
+                        "better figures.",
+                        text.empty() ? "" : " ", spread * 100.0);
+  return text;
+}
+
 Disagreements sum_disagreements(const AcceleratorResult& accelerator) {
   Disagreements sum;
   for (const TraversalResult& result : accelerator.traversal) sum.add(result.disagreements);
@@ -232,8 +253,7 @@ std::string format_scene_tables(const ShootoutReport& report, const SceneResult&
                                  scene.triangle_count, scene.instance_count, scene.size_px.x, scene.size_px.y);
   for (const RaySetInfo& set : scene.sets)
     if (set.ray_count == 0) text += fmt::format("  no rays of kind {}: no path has any\n", set.name);
-  if (const std::string warning = disturbance_warning(worst_waiting_share(scene)); !warning.empty())
-    text += "  " + warning + "\n";
+  if (const std::string warning = scene_warning(scene); !warning.empty()) text += "  " + warning + "\n";
   text += fmt::format("\nbuilds, median of {}\n{}", report.build_repeat, build_table(report, scene));
   text +=
       fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
