@@ -145,7 +145,10 @@ class Body {
     std::array<char, 8> raw{};
     std::memcpy(raw.data(), bytes_.data(), size);
     bytes_.remove_prefix(size);
-    if (form_ == Form::big_endian) std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(size));
+    if (form_ == Form::big_endian) {
+      std::reverse(raw.begin(), raw.end()); // all eight, for GCC warns where their number varies
+      std::memmove(raw.data(), raw.data() + raw.size() - size, size);
+    }
     switch (type) {
     case Type::int8: return as<int8_t>(raw);
     case Type::uint8: return as<uint8_t>(raw);
