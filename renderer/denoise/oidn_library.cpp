@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/denoise/oidn_library.h"
 
+#include "renderer/base/program_path.h"
 #include "renderer/denoise/denoiser.h"
 
 #include <fmt/format.h>
@@ -26,9 +27,8 @@ Error failure(const std::string& sentence) {
 
 // Returns a path beside the installed program; empty if the system does not name the program.
 fs::path beside_program(const char* relative) {
-  std::error_code code;
-  const fs::path program = fs::read_symlink("/proc/self/exe", code);
-  return code ? fs::path() : (program.parent_path() / relative).lexically_normal();
+  const fs::path program = program_path();
+  return program.empty() ? fs::path() : (program.parent_path() / relative).lexically_normal();
 }
 
 std::string variable(const char* name) {

@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/oiio_loader.h"
 
+#include "renderer/base/program_path.h"
+
 #include <fmt/format.h>
 
 #include <string>
 #include <system_error>
 
 #include <dlfcn.h>
-#include <sys/auxv.h>
 
 namespace kindling::image_detail {
 
@@ -20,16 +21,6 @@ template <typename Function>
 bool find(void* handle, const char* symbol, Function*& function) {
   function = reinterpret_cast<Function*>(dlsym(handle, symbol));
   return function != nullptr;
-}
-
-// Returns the path of this program; empty if it is unknown.
-fs::path program_path() {
-  std::error_code code;
-  const fs::path program = fs::read_symlink("/proc/self/exe", code);
-  if (!code) return program;
-  // Without /proc: the path by which it was started.
-  const auto* const started = reinterpret_cast<const char*>(getauxval(AT_EXECFN));
-  return started == nullptr ? fs::path() : fs::absolute(started, code);
 }
 
 } // namespace

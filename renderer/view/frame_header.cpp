@@ -66,7 +66,7 @@ CameraSeen as_orbit(const PlacedCamera& camera, double distance_m) {
   seen.orbit = V3f(static_cast<float>(std::atan2(back.x, back.z) * kDegrees),
                    static_cast<float>(std::acos(std::clamp(back.y, -1.0f, 1.0f)) * kDegrees), radius);
   seen.target = eye - back * radius;
-  // Of the upright camera with this direction, whose right side is level.
+  // The roll is the angle to a camera that looks in this direction and has a horizontal x axis.
   const float theta = seen.orbit.x * kPi / 180.0f;
   const V3f right(std::cos(theta), 0.0f, -std::sin(theta)), actual(m[0][0], m[0][1], m[0][2]);
   const double roll_deg = std::atan2(back.dot(right.cross(actual)), right.dot(actual)) * kDegrees;
