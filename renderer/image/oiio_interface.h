@@ -6,11 +6,6 @@
 
 extern "C" {
 
-// Decodes a Radiance HDR of known size into width * height RGB floats, rows in the order of the
-// file. Returns 0, or 1 with the detail in `message` (null-terminated).
-using kindling_oiio_decode_hdr_function = int(const void* bytes, size_t size, int width, int height, float* pixels,
-                                              char* message, size_t message_size);
-
 // Types of the channels of tiled images, which are stored and cached bit by bit.
 enum kindling_oiio_type { kindling_oiio_u8 = 0, kindling_oiio_u16 = 1, kindling_oiio_f32 = 2 };
 
@@ -24,7 +19,7 @@ struct kindling_oiio_image {
 // Returns a row of a level, valid until the next call; null on failure.
 using kindling_oiio_read_row = const void*(void* context, int level, int row);
 
-// Writes a TIFF of 64 x 64 tiles. Errors are returned as above.
+// Writes a TIFF of 64 x 64 tiles. Returns 0, or 1 with the detail in `message` (null-terminated).
 using kindling_oiio_write_tiled_function = int(const char* file, const kindling_oiio_image* image,
                                                kindling_oiio_read_row* read_row, void* context, char* message,
                                                size_t message_size);
@@ -47,7 +42,6 @@ namespace kindling::image_detail {
 
 // Names of the exported functions. The number at the end changes with the signature, so that an old
 // module is refused instead of called.
-inline constexpr const char* kOiioDecodeHdrSymbol = "kindling_oiio_decode_hdr_1";
 inline constexpr const char* kOiioWriteTiledSymbol = "kindling_oiio_write_tiled_1";
 inline constexpr const char* kOiioOpenCacheSymbol = "kindling_oiio_open_cache_1";
 inline constexpr const char* kOiioCloseCacheSymbol = "kindling_oiio_close_cache_1";

@@ -53,8 +53,7 @@ Result<OiioModule> load_oiio_module(std::span<const fs::path> folders) {
       return Error{ErrorKind::input_output, fmt::format("the OpenImageIO module cannot be loaded: {}", dlerror())};
     }
     OiioModule module;
-    if (!(find(handle, kOiioDecodeHdrSymbol, module.decode_hdr) &&
-          find(handle, kOiioWriteTiledSymbol, module.write_tiled) &&
+    if (!(find(handle, kOiioWriteTiledSymbol, module.write_tiled) &&
           find(handle, kOiioOpenCacheSymbol, module.open_cache) &&
           find(handle, kOiioCloseCacheSymbol, module.close_cache) &&
           find(handle, kOiioAddToCacheSymbol, module.add_to_cache) &&

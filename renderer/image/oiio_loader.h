@@ -15,7 +15,6 @@ namespace kindling::image_detail {
 // libraries on common systems, which would cost every start 0.2 s and 100 MB; a module is only
 // loaded by runs that need it.
 struct OiioModule {
-  kindling_oiio_decode_hdr_function* decode_hdr = nullptr;
   kindling_oiio_write_tiled_function* write_tiled = nullptr;
   kindling_oiio_open_cache_function* open_cache = nullptr;
   kindling_oiio_close_cache_function* close_cache = nullptr;

@@ -18,19 +18,10 @@
 namespace kindling {
 namespace {
 
+using test::bytes_of;
+using test::decode_error;
+using test::decoded;
 using test::FileBytes;
-
-Image decoded(const FileBytes& file) {
-  Result<Image> image = decode_image(file, "test");
-  EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
-  return image.ok() ? image.value() : Image{};
-}
-
-std::string decode_error(const FileBytes& file, const ImageLimits& limits = {}) {
-  const Result<Image> image = decode_image(file, "some name", limits);
-  EXPECT_FALSE(image.ok());
-  return image.ok() ? "" : image.error().message;
-}
 
 std::vector<int> values_u8(const Image& image) {
   std::vector<int> values;
@@ -44,12 +35,6 @@ void expect_same(const Image& a, const Image& b) {
   EXPECT_EQ(a.channels, b.channels);
   EXPECT_EQ(a.type, b.type);
   EXPECT_TRUE(a.pixels == b.pixels);
-}
-
-FileBytes bytes_of(std::string_view text) {
-  FileBytes bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  return bytes;
 }
 
 // ---- formats
@@ -152,48 +137,6 @@ TEST(DecodeImage, WebpWithAndWithoutAlpha) {
     const Image image = test::make_noise_image(17, 9, channels, PixelType::u8);
     expect_same(decoded(test::encode_webp_lossless(image)), image);
   }
-}
-
-// RGBE has a shared exponent, so a component is exact to 1/256 of the maximum, rounded down.
-TEST(DecodeImage, HdrDecodesToFloat) {
-  const Image image = test::make_noise_image(40, 10, 3, PixelType::f32);
-  const Image read = decoded(test::encode_with_oiio(image, "hdr"));
-  ASSERT_EQ(read.type, PixelType::f32);
-  ASSERT_EQ(read.channels, 3);
-  for (size_t i = 0; i < 400; ++i) {
-    float a[3], b[3];
-    std::memcpy(a, &image.pixels[i * 12], 12);
-    std::memcpy(b, &read.pixels[i * 12], 12);
-    const float step = std::max(a[0], std::max(a[1], a[2])) / 128.0f;
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], step);
-  }
-}
-
-TEST(DecodeImage, HdrFromBottomIsFlipped) {
-  std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 1\n";
-  text += std::string("\x80\x80\x80\x81", 4) + std::string("\x20\x40\x60\x81", 4);
-  const Image down = decoded(bytes_of(text));
-  text.at(text.find("-Y")) = '+';
-  const Image up = decoded(bytes_of(text));
-  float first_down[3], last_up[3];
-  std::memcpy(first_down, &down.pixels[0], 12);
-  std::memcpy(last_up, &up.pixels[12], 12);
-  for (int c = 0; c < 3; ++c) EXPECT_EQ(first_down[c], last_up[c]);
-  EXPECT_EQ(first_down[0], 1.0f);
-}
-
-TEST(DecodeImage, HdrRefusesOtherAxesAndXyz) {
-  EXPECT_NE(decode_error(bytes_of("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 2 +X 1\n")).find("XYZE"),
-            std::string::npos);
-  EXPECT_NE(decode_error(bytes_of("#?RADIANCE\n\n+X 2 -Y 1\n")).find("resolution line"), std::string::npos);
-  EXPECT_NE(decode_error(bytes_of("#?RADIANCE\n")).find("ends in its header"), std::string::npos);
-}
-
-// Run-length encoded rows take at least four bytes, and two for each 127 pixels of each component.
-TEST(DecodeImage, HdrRefusesTooFewBytesForItsSize) {
-  const std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 16000\n";
-  EXPECT_EQ(decode_error(bytes_of(text + "some bytes")),
-            "some name: cannot decode HDR: 63 bytes cannot hold 16000 x 16000 pixels");
 }
 
 TEST(DecodeImage, ExrKeepsHalfAndFloat) {

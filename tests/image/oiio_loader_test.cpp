@@ -23,7 +23,7 @@ TEST(OiioLoader, LoadsOnceForAllThreads) {
   for (const auto* module : modules) {
     ASSERT_TRUE(module->ok()) << module->error().message;
     EXPECT_EQ(module, modules[0]);
-    EXPECT_NE(module->value().decode_hdr, nullptr);
+    EXPECT_NE(module->value().write_tiled, nullptr);
   }
 }
 

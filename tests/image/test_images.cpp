@@ -89,6 +89,24 @@ std::vector<uint8_t> store(const std::vector<uint8_t>& data) {
 
 } // namespace
 
+Image decoded(const FileBytes& file) {
+  Result<Image> image = decode_image(file, "test");
+  EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+  return image.ok() ? image.value() : Image{};
+}
+
+std::string decode_error(const FileBytes& file, const ImageLimits& limits) {
+  const Result<Image> image = decode_image(file, "some name", limits);
+  EXPECT_FALSE(image.ok());
+  return image.ok() ? "" : image.error().message;
+}
+
+FileBytes bytes_of(std::string_view text) {
+  FileBytes bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return bytes;
+}
+
 Image make_noise_image(int width, int height, int channels, PixelType type, uint32_t seed) {
   Image image{width, height, channels, type, {}};
   image.pixels.resize(image.byte_count());

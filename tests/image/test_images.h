@@ -2,17 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/image/image.h"
+#include "renderer/image/decode_image.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kindling::test {
 
 using FileBytes = std::vector<std::byte>;
+
+[[nodiscard]] FileBytes bytes_of(std::string_view text);
+
+// Decodes a file; if that fails, the test fails and the image is empty.
+[[nodiscard]] Image decoded(const FileBytes& file);
+// Returns the error of a file named "some name" that cannot be decoded; if it can be, the test fails.
+[[nodiscard]] std::string decode_error(const FileBytes& file, const ImageLimits& limits = {});
 
 // Returns an image of random values with a fixed seed; floats are in [0, 4).
 [[nodiscard]] Image make_noise_image(int width, int height, int channels, PixelType type, uint32_t seed = 1);

@@ -82,7 +82,7 @@ Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& sc
   const Result<LoadedEnvironment> environment = load_environment(options.image);
   if (!environment.ok()) return environment.error();
   MemoryRequest request;
-  add_environment(environment.value().environment.get(), options.image, request);
+  add_environment(environment.value().environment.get(), request);
   request.size_px = size.value();
   request.aovs = options.image.recorded_aovs();
   request.denoising = options.image.denoising;

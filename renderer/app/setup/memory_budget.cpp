@@ -55,14 +55,14 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const TextureBytes textures = texture_bytes(d, request);
   const uint64_t pixels = static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
   const uint64_t texels = request.environment_texels + d.light_texels;
-  const uint64_t program = Costs::kProgram + (request.decodes_hdr || textures.paged ? Costs::kImageLibrary : 0);
+  const uint64_t program = Costs::kProgram + (textures.paged ? Costs::kImageLibrary : 0);
   const uint64_t threads = static_cast<uint64_t>(request.threads) * Costs::kThread;
   const uint64_t instances = (1 + d.instances) * sizeof(WorldInstance) + d.instance_keys * Costs::kInstanceKey;
   const uint64_t lights = d.emissive_triangles * Costs::kEmissiveTriangle;
   const uint64_t environment = texels * Costs::kEnvironmentTexel;
   const uint64_t film = film_bytes(request);
 
-  budget.parts = {Part{"program", program, request.decodes_hdr || textures.paged ? "with OpenImageIO" : ""},
+  budget.parts = {Part{"program", program, textures.paged ? "with OpenImageIO" : ""},
                   Part{"threads", threads, times(static_cast<uint64_t>(request.threads), "threads")},
                   Part{"geometry", d.geometry_bytes, fmt::format("{} triangles, {} vertices", d.triangles, d.vertices)},
                   Part{"instances", instances, times(d.instances, "instances")},

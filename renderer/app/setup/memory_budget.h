@@ -30,7 +30,6 @@ struct MemoryRequest {
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory
   uint64_t environment_texels = 0;              // of --env; 0: none, or a constant one
   Denoising denoising = Denoising::off;
-  bool decodes_hdr = false; // reads an image with OpenImageIO's module
 };
 
 // Counts of a scene: everything that the budget depends on.

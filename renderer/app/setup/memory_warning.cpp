@@ -12,9 +12,8 @@
 
 namespace kindling::app {
 
-void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request) {
+void add_environment(const Environment* environment, MemoryRequest& request) {
   if (environment != nullptr) request.environment_texels = environment->memory_bytes() / MemoryCosts::kEnvironmentTexel;
-  request.decodes_hdr = options.env_file.extension() == ".hdr";
 }
 
 namespace {
@@ -44,7 +43,7 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
-  add_environment(scene.environment.get(), options, request);
+  add_environment(scene.environment.get(), request);
   const MemoryBudget budget = memory_budget(memory_demand(scene.scene, image.posed), request);
   return warn_of_memory(budget, options.accelerator, resident_bytes(), available_memory_bytes());
 }

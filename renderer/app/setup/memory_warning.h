@@ -13,7 +13,7 @@
 namespace kindling::app {
 
 // Adds the loaded environment to a request. `environment` may be null.
-void add_environment(const Environment* environment, const RenderOptions& options, MemoryRequest& request);
+void add_environment(const Environment* environment, MemoryRequest& request);
 
 // Returns a warning if the render is expected to take more memory than is available. To be called
 // before the build.
