@@ -1,4 +1,4 @@
-// Radiance HDR (RGBE) decoder (Ward, "Real pixels", Graphics Gems II, 1991; Radiance's color.c describes the rows).
+// Radiance HDR (RGBE) decoder (Ward, "Real pixels", Graphics Gems II, 1991).
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/image/decoders.h"
 
@@ -70,7 +70,8 @@ class HdrRows {
   HdrRows(Bytes rest, const HdrHeader& header)
       : rest_(rest), width_(static_cast<size_t>(header.width)), may_be_encoded_(may_be_encoded(header)) {}
 
-  // Reads the next row into four planes of `width` bytes each. Returns what is wrong with it, or null.
+  // Reads the next row into four planes of `width` bytes each. Returns what is wrong with it, or
+  // null.
   const char* read(uint8_t* planes) {
     if (may_be_encoded_ && rest_.size() >= 4 && byte(0) == 2 && byte(1) == 2 && byte(2) < 128) {
       if (static_cast<size_t>(byte(2) << 8 | byte(3)) != width_) return "a row has another width";
@@ -91,7 +92,8 @@ class HdrRows {
 
   uint8_t byte(size_t i) const { return static_cast<uint8_t>(rest_[i]); }
 
-  // One component of a row: a length above 128 repeats the next byte, others count bytes that follow.
+  // One component of a row: a length above 128 repeats the next byte, others count bytes that
+  // follow.
   const char* read_runs(uint8_t* plane) {
     for (size_t x = 0; x < width_;) {
       if (rest_.size() < 2) return kTooShort;
@@ -116,7 +118,8 @@ class HdrRows {
   bool may_be_encoded_;
 };
 
-// Converts a row of planes to RGB: each component is its byte times 2^(exponent - 136); exponent 0 is black.
+// Converts a row of planes to RGB: each component is its byte times 2^(exponent - 136); exponent 0
+// is black.
 void convert_row(const uint8_t* planes, size_t width, const std::array<float, 256>& scales, float* rgb) {
   for (size_t x = 0; x < width; ++x) {
     const float scale = scales[planes[3 * width + x]];

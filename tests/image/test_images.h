@@ -19,7 +19,8 @@ using FileBytes = std::vector<std::byte>;
 
 // Decodes a file; if that fails, the test fails and the image is empty.
 [[nodiscard]] Image decoded(const FileBytes& file);
-// Returns the error of a file named "some name" that cannot be decoded; if it can be, the test fails.
+// Returns the error of a file named "some name" that cannot be decoded; if it can be, the test
+// fails.
 [[nodiscard]] std::string decode_error(const FileBytes& file, const ImageLimits& limits = {});
 
 // Returns an image of random values with a fixed seed; floats are in [0, 4).
