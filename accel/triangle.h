@@ -68,6 +68,8 @@ struct ShearedCorner {
     x = x - ray.sx * z;
     y = y - ray.sy * z;
   }
+  // Takes coordinates that are sheared already.
+  ShearedCorner(float sheared_x, float sheared_y, float depth) : x(sheared_x), y(sheared_y), z(depth) {}
 };
 
 // Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
@@ -95,12 +97,13 @@ struct ShearedCorner {
 }
 
 // Returns the side of the directed edge from p to q on which the ray passes: the sign of an edge
-// function. If that is zero, the ray is displaced along x and, by infinitely less, along y
-// (Edelsbrunner and Muecke, "Simulation of simplicity", ACM TOG 9(1), 1990). The answer depends on
-// the two corners alone and is opposite for the edge from q to p.
+// function, which is that of intersect_sheared() bit for bit. If that is zero, the ray is displaced
+// along x and, by infinitely less, along y (Edelsbrunner and Muecke, "Simulation of simplicity",
+// ACM TOG 9(1), 1990). The answer depends on the two corners alone and is opposite for the edge
+// from q to p.
 [[nodiscard]] inline bool passes_left(const ShearedCorner& p, const ShearedCorner& q) {
-  const float side = difference_of_products(p.x, q.y, p.y, q.x);
-  if (side != 0.0f) return side > 0.0f;
+  const float side = difference_of_products(q.x, p.y, q.y, p.x);
+  if (side != 0.0f) return side < 0.0f;
   return p.y != q.y ? p.y > q.y : q.x > p.x;
 }
 

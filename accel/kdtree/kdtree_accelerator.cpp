@@ -3,8 +3,8 @@
 #include "accel/kdtree/kdtree_accelerator.h"
 
 #include "accel/affine.h"
+#include "accel/crossing_collector.h"
 #include "accel/kdtree/build.h"
-#include "accel/kdtree/compact/all_hits.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
 #include "accel/kdtree/persistent_trees.h"
@@ -21,7 +21,6 @@
 #include <cassert>
 #include <chrono>
 #include <iterator>
-#include <mutex>
 #include <new>
 #include <utility>
 
@@ -42,6 +41,7 @@ class KdTreeAccelerator final : public Accelerator {
     if (cancelled_) return;
     statistics_.simd = options.simd.value_or(best_simd_target());
     queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_split()});
+    all_hits_ = kd::all_hits_query_for(statistics_.simd);
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -69,16 +69,11 @@ class KdTreeAccelerator final : public Accelerator {
     assert(blocked.size() == rays.size());
     queries_->occluded_coherent(structure_, rays, blocked);
   }
-  // Scalar, by the compact queries. Their tables are made by the first call: 64 bytes for each
-  // transformed instance, which statistics() leaves out.
   [[nodiscard]] bool all_hits(const Ray& ray, size_t limit, std::vector<Crossing>& crossings) const override {
-    std::call_once(tables_made_, [this] { tables_ = std::make_unique<const kd::StructureTables>(structure_); });
-    const auto accepts = [this](const Ray& world, const Hit& candidate) {
-      return structure_.filter.accept == nullptr ||
-             structure_.filter.accept(structure_.filter.context, world, candidate);
-    };
-    crossings.clear();
-    if (!structure_.filter.abandoned()) kd::compact::all_hits(tables_->view(), ray, limit, accepts, crossings);
+    CrossingCollector collector(crossings, limit, std::min(ray.t_max, std::numeric_limits<float>::max()));
+    if (structure_.filter.abandoned() || !can_hit(ray)) return true;
+    all_hits_(structure_, ray, collector);
+    collector.finish();
     return true;
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
@@ -368,10 +363,9 @@ class KdTreeAccelerator final : public Accelerator {
   Quality quality_;
   kd::Config config_;
   const kd::Queries* queries_ = nullptr;
+  kd::AllHitsQuery all_hits_ = nullptr;
   bool cancelled_ = false;
   kd::Structure structure_;
-  mutable std::once_flag tables_made_;
-  mutable std::unique_ptr<const kd::StructureTables> tables_; // over structure_, for all_hits()
   Imath::Box3f bounds_;
   Statistics statistics_;
 };

@@ -33,4 +33,15 @@ const Queries& queries_for(SimdTarget target, QueryNeeds needs) {
       needs);
 }
 
+AllHitsQuery all_hits_query_for(SimdTarget target) {
+  assert(target <= best_simd_target());
+  switch (target) {
+#if defined(__x86_64__)
+  case SimdTarget::avx2: return kAvx2AllHits;
+  case SimdTarget::avx512: return kAvx512AllHits;
+#endif
+  default: return kPortableAllHits;
+  }
+}
+
 } // namespace kindling::accel::kd

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -22,11 +23,16 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-std::unique_ptr<Accelerator> build_all_hits(Kind kind, const TestScene& scene) {
+std::unique_ptr<Accelerator> build_all_hits(Kind kind, const TestScene& scene, std::optional<SimdTarget> simd = {}) {
   BuildOptions options;
   options.all_hits = true;
+  options.simd = simd;
   return build(kind, scene, options);
 }
+
+// Tests that run by each instruction set of the kd-tree's kernels.
+class AllHitsKernels : public ::testing::TestWithParam<SimdTarget> {};
+INSTANTIATE_TEST_SUITE_P(All, AllHitsKernels, ::testing::ValuesIn(simd_targets()), simd_label);
 
 std::vector<Crossing> crossings_of(const Accelerator& accelerator, const Ray& ray, size_t limit = kNoLimit) {
   std::vector<Crossing> crossings;
@@ -75,14 +81,14 @@ std::vector<Ray> hard_rays(Rng& rng, const TestScene& scene, int count) {
   return rays;
 }
 
-TEST(AllHits, KdTreeEqualsBruteForce) {
+TEST_P(AllHitsKernels, EqualBruteForce) {
   std::deque<NamedScene> scenes = adversarial_scenes();
   for (NamedScene& named : hostile_scenes()) scenes.push_back(std::move(named));
   size_t crossings = 0, traced = 0;
   for (const NamedScene& named : scenes) {
     SCOPED_TRACE(named.name);
     const auto oracle = build_all_hits(Kind::brute_force, named.scene),
-               tested = build_all_hits(Kind::kdtree, named.scene);
+               tested = build_all_hits(Kind::kdtree, named.scene, GetParam());
     Rng rng(701);
     std::vector<Ray> rays = hard_rays(rng, named.scene, static_cast<int>(trials("KINDLING_ALL_HITS_RAYS", 800)));
     cut_at_hits(rng, *oracle, std::span(rays).subspan(0, rays.size() / 4));
@@ -95,7 +101,7 @@ TEST(AllHits, KdTreeEqualsBruteForce) {
   EXPECT_GT(crossings, traced); // else the rays say little
 }
 
-TEST(AllHits, KdTreeEqualsBruteForceOnRandomScenes) {
+TEST_P(AllHitsKernels, EqualBruteForceOnRandomScenes) {
   const auto seeds = static_cast<uint32_t>(trials("KINDLING_ALL_HITS_SEEDS", 120));
   size_t crossings = 0, traced = 0;
   for (uint32_t seed = 1; seed <= seeds; ++seed) {
@@ -103,7 +109,8 @@ TEST(AllHits, KdTreeEqualsBruteForceOnRandomScenes) {
     Rng rng(seed);
     const bool moves = seed % 2 == 0;
     const TestScene scene = moves ? random_motion(rng, 100) : random_scene(rng, 100);
-    const auto oracle = build_all_hits(Kind::brute_force, scene), tested = build_all_hits(Kind::kdtree, scene);
+    const auto oracle = build_all_hits(Kind::brute_force, scene),
+               tested = build_all_hits(Kind::kdtree, scene, GetParam());
     const float time = moves ? uniform(rng) : 0.0f;
     std::vector<Ray> rays = aimed_rays(rng, moves ? scene.posed(time) : scene, 200);
     for (Ray& ray : rays) ray.time = time;
@@ -208,11 +215,11 @@ Ray aimed_at(Rng& rng, const Shell& shell, bool inside) {
 
 // Crossings of the front count +1, of the back -1: 0 in all for a line from outside, -1 for a ray
 // from inside, by every way through edges and vertices.
-void expect_closed(Kind kind, size_t rays) {
+void expect_closed(Kind kind, size_t rays, std::optional<SimdTarget> simd = {}) {
   for (const Shell& shell : shells()) {
     SCOPED_TRACE(shell.name);
     const TestScene scene(shell.mesh);
-    const auto accelerator = build_all_hits(kind, scene);
+    const auto accelerator = build_all_hits(kind, scene, simd);
     Rng rng(709);
     size_t hit = 0;
     for (size_t i = 0; i < rays; ++i) {
@@ -234,7 +241,9 @@ void expect_closed(Kind kind, size_t rays) {
 }
 
 TEST(AllHits, ClosedMeshesBruteForce) { expect_closed(Kind::brute_force, 3000); }
-TEST(AllHits, ClosedMeshesKdTree) { expect_closed(Kind::kdtree, trials("KINDLING_ALL_HITS_RAYS", 200000)); }
+TEST_P(AllHitsKernels, ClosedMeshes) {
+  expect_closed(Kind::kdtree, trials("KINDLING_ALL_HITS_RAYS", 100000), GetParam());
+}
 
 // Two shells, the inner one in a transformed and mirrored instance: fronts and backs alternate.
 TEST(AllHits, NestedInstancesAlternate) {

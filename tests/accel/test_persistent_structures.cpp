@@ -210,6 +210,30 @@ TEST(PersistentTrees, AllKernelsAgree) {
   }
 }
 
+// Every crossing of a split world, by all instruction sets.
+TEST(PersistentTrees, CrossingsEqualBruteForce) {
+  const TestScene scene = mixed_scene();
+  const std::vector<Ray> rays = rays_through(scene, 500);
+  Input input(scene);
+  const auto oracle = build(Kind::brute_force, input);
+  size_t found = 0;
+  for (const SimdTarget target : simd_targets())
+    for (const uint32_t division : {0b000001U, 0b010010U, 0b101100U, 0b111110U}) {
+      for (uint32_t m = 0; m < 6; ++m) input.meshes[m].persistent_id = (division >> m & 1U) != 0 ? m + 1 : 0;
+      BuildOptions options;
+      options.simd = target;
+      const auto split = build(Kind::kdtree, input, nullptr, options);
+      for (const Ray& ray : rays) {
+        std::vector<Crossing> expected, crossings;
+        ASSERT_TRUE(oracle->all_hits(ray, kNoLimit, expected));
+        ASSERT_TRUE(split->all_hits(ray, kNoLimit, crossings));
+        ASSERT_EQ(crossings, expected) << division << " " << simd_target_name(target);
+        found += crossings.size();
+      }
+    }
+  EXPECT_GT(found, rays.size());
+}
+
 TEST(PersistentTrees, TraversalCostCountsBothTrees) {
   const TestScene scene = mixed_scene();
   Input input(scene);

@@ -118,30 +118,4 @@ template <bool kAny, class Motion, class Accepts>
   }
 }
 
-// Calls cross(candidate, front, filtered) for each triangle of a leaf that the ray crosses in
-// (t_min, t_far], which the call may narrow. `filtered`: of a mesh that is not opaque.
-template <class Motion, class Cross>
-inline void cross_leaf(const LeafUnit* unit, const Motion& motion, const RayShear& ray, float t_min, const float& t_far,
-                       const Cross& cross) {
-  while (true) {
-    const typename LeafOf<Motion>::Block block(unit);
-    const typename LeafOf<Motion>::Vertices vertices(block, ray, motion);
-    const uint32_t count = block.triangle_count();
-    for (uint32_t i = 0; i < count; ++i) {
-      const uint32_t corners = block.corners()[i];
-      const ShearedCorner a = vertices[corners & 15U], b = vertices[(corners >> 4) & 15U],
-                          c = vertices[(corners >> 8) & 15U];
-      TreeHit candidate;
-      bool front = false;
-      if (!intersect_sheared(a, b, c, ray.sz, t_min, t_far, candidate.t, candidate.u, candidate.v) ||
-          !crosses_sheared(a, b, c, ray.sz, front))
-        continue;
-      candidate.primitive = block.primitive(i);
-      cross(candidate, front, ((block.filtered() >> i) & 1U) != 0);
-    }
-    if (block.is_last()) return;
-    unit += block.unit_count();
-  }
-}
-
 } // namespace kindling::accel::kd::compact

@@ -94,16 +94,6 @@ class TreeWalk {
     return !kAny && best.is_hit();
   }
 
-  // Calls cross(candidate, front, filtered) for each triangle that the ray crosses in (t_min,
-  // t_far], in no certain order, possibly several times. The call may narrow t_far.
-  template <class Cross>
-  void cross(TreeStack& stack, const float& t_far, const Cross& cross) const {
-    visit_leaves(stack, t_far, [&](const LeafUnit* unit) {
-      cross_leaf(unit, motion_, shear_, t_min_, t_far, cross);
-      return false;
-    });
-  }
-
  private:
   // Calls test(leaf) for the leaves that the ray enters up to t_far, which the call may narrow,
   // until it returns true, which is then the result.

@@ -6,6 +6,7 @@
 
 #include "accel/accelerator.h"
 #include "accel/affine.h"
+#include "accel/crossing_collector.h"
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/config.h"
 #include "accel/kdtree/deforming/moving_block.h"

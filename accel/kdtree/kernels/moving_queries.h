@@ -19,10 +19,11 @@ inline bool enters(const MovingInstance& moving, const KeyInterval& at, const Ra
                      Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray), enter, leave, margin);
 }
 
-template <bool kAny>
-[[gnu::flatten]] inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, const Ray& world,
-                                              float time, float t_min, float& t_far, Hit& hit) {
-  Ray ray = world;
+// Takes a world ray into the space of an instance at a time; returns false if it cannot hit
+// anything there.
+[[gnu::always_inline]] inline bool enter_space(const Structure& s, const MovingInstance& moving, const Ray& world,
+                                               float time, float t_min, float t_far, Ray& ray) {
+  ray = world;
   if (!moving.keys.empty()) {
     const KeyInterval at = key_interval(time, static_cast<uint32_t>(moving.keys.size() - 1));
     if (!enters(moving, at, world, t_min, t_far, s.moving_level.margin(world.origin))) return false;
@@ -32,19 +33,31 @@ template <bool kAny>
   } else if (!moving.in_place) {
     ray = moving.to_object(world);
   }
-  if (!can_hit(ray)) return false;
-  const DeformingSlice* slice = moving.deforming == nullptr ? nullptr : &moving.deforming->slice_at(time);
-  const Tree& tree = slice == nullptr ? *moving.tree : slice->tree;
-  const CandidateFilter filter{s.filter, world, tree, moving.instance};
-  TreeHit in_tree;
-  const bool found_any = slice == nullptr ? trace_tree<kAny>(tree, ray, t_min, filter, t_far, in_tree)
-                                          : trace_tree<kAny>(tree, Deforming{time, slice->slice.fraction_of(time)}, ray,
-                                                             t_min, filter, t_far, in_tree);
-  if (!found_any) return false;
-  if (kAny) return true;
-  const Hit found = filter.resolve(in_tree);
-  if (!hit.is_hit() || found.t != hit.t || comes_before(found, hit)) hit = found;
-  return false;
+  return can_hit(ray);
+}
+
+// Returns f(tree, motion) for the tree of an instance at a time.
+template <class F>
+[[gnu::always_inline]] inline auto with_tree(const MovingInstance& moving, float time, const F& f) {
+  if (moving.deforming == nullptr) return f(*moving.tree, Static());
+  const DeformingSlice& slice = moving.deforming->slice_at(time);
+  return f(slice.tree, Deforming{time, slice.slice.fraction_of(time)});
+}
+
+template <bool kAny>
+[[gnu::flatten]] inline bool trace_one_moving(const Structure& s, const MovingInstance& moving, const Ray& world,
+                                              float time, float t_min, float& t_far, Hit& hit) {
+  Ray ray;
+  if (!enter_space(s, moving, world, time, t_min, t_far, ray)) return false;
+  return with_tree(moving, time, [&](const Tree& tree, auto motion) {
+    const CandidateFilter filter{s.filter, world, tree, moving.instance};
+    TreeHit in_tree;
+    if (!trace_tree<kAny>(tree, motion, ray, t_min, filter, t_far, in_tree)) return false;
+    if (kAny) return true;
+    const Hit found = filter.resolve(in_tree);
+    if (!hit.is_hit() || found.t != hit.t || comes_before(found, hit)) hit = found;
+    return false;
+  });
 }
 
 // Traces all moving instances. `world` satisfies can_hit(); `hit`, if any, is at t_far.

@@ -212,14 +212,18 @@ struct WalkingRay {
   RayShear shear;
   float t_min;
 };
+[[gnu::always_inline]] inline WalkingRay walking_ray(const Ray& ray, Float4 reciprocal, float t_min) {
+  alignas(16) const Float4 stored = reciprocal;
+  return {ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear_of(ray), t_min};
+}
 
-// Traces a ray through the cell `child` of a tree, with interval [enter, leave] there. Nearest hit:
-// finds the hit in (t_min, t_far], and narrows t_far to it. Any hit: returns true at the first
-// found.
-template <bool kAny, bool kSteepRay, class Motion, class Ends>
+// Takes a ray through the cell `child` of a tree, with interval [enter, leave] there. Calls
+// test(leaf) for the leaves that it enters up to t_far, which the call may narrow, until it returns
+// true, which is then the result. kAny: the first hit ends the ray.
+template <bool kAny, bool kSteepRay, class Motion, class Ends, class Test>
 [[gnu::always_inline]] inline bool walk_cell(const Tree& tree, Motion motion, Ends ends, const WalkingRay& ray,
-                                             ChildWord child, float enter, float leave, const CandidateFilter& filter,
-                                             float& t_far, TreeHit& best) {
+                                             ChildWord child, float enter, float leave, const float& t_far,
+                                             const Test& test) {
   const auto* vectors = reinterpret_cast<const float*>(&ray.ray); // lane 3 of each is never selected
   const Lanes8 origin = Lanes8::load_twice(vectors);
   const Lanes8 direction = Lanes8::load_twice(vectors + 4);
@@ -252,7 +256,7 @@ template <bool kAny, bool kSteepRay, class Motion, class Ends>
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
-      if (intersect_leaf<kAny>(unit, motion, ray.shear, ray.t_min, filter, t_far, best)) return true;
+      if (test(unit)) return true;
     }
     const float end = kSteepRay ? t_far * kBeyond : ends.end(t_far);
     do {
@@ -275,18 +279,30 @@ template <bool kAny, bool kSteepRay, class Motion, class Ends>
   }
 }
 
+// Traces a ray through a cell. Nearest hit: finds the hit in (t_min, t_far], and narrows t_far to
+// it. Any hit: returns true at the first found.
+template <bool kAny, bool kSteepRay, class Motion, class Ends>
+[[gnu::always_inline]] inline bool trace_in_cell(const Tree& tree, Motion motion, Ends ends, const WalkingRay& ray,
+                                                 ChildWord child, float enter, float leave,
+                                                 const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  const auto test = [&](const LeafUnit* unit) __attribute__((always_inline)) {
+    return intersect_leaf<kAny>(unit, motion, ray.shear, ray.t_min, filter, t_far, best);
+  };
+  return walk_cell<kAny, kSteepRay>(tree, motion, ends, ray, child, enter, leave, t_far, test);
+}
+
 // Version for static trees and rays that are not steep.
 template <bool kAny>
 inline bool trace_cell(const Tree& tree, const WalkingRay& ray, ChildWord child, float enter, float leave,
                        const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  return walk_cell<kAny, false>(tree, Static(), Relative(), ray, child, enter, leave, filter, t_far, best);
+  return trace_in_cell<kAny, false>(tree, Static(), Relative(), ray, child, enter, leave, filter, t_far, best);
 }
 
 // Version for whole trees and steep rays.
 template <bool kAny, class Motion>
 [[gnu::noinline]] bool trace_steep(const Tree& tree, Motion motion, const WalkingRay& ray, float enter, float leave,
                                    const CandidateFilter& filter, float& t_far, TreeHit& best) {
-  return walk_cell<kAny, true>(tree, motion, Relative(), ray, tree.root, enter, leave, filter, t_far, best);
+  return trace_in_cell<kAny, true>(tree, motion, Relative(), ray, tree.root, enter, leave, filter, t_far, best);
 }
 
 // Traces a ray through a tree, with interval [enter, leave] in the tree's box; else as
@@ -295,42 +311,41 @@ template <bool kAny, class Motion>
 [[gnu::always_inline]] inline bool trace_clipped(const Tree& tree, Motion motion, const Ray& ray, Float4 reciprocal,
                                                  float t_min, float enter, float leave, const CandidateFilter& filter,
                                                  float& t_far, TreeHit& best) {
-  alignas(16) const Float4 stored = reciprocal;
-  const WalkingRay walking{ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear_of(ray), t_min};
+  const WalkingRay walking = walking_ray(ray, reciprocal, t_min);
   const bool any = is_steep(ray.direction, motion)
                        ? trace_steep<kAny>(tree, motion, walking, enter, leave, filter, t_far, best)
-                       : walk_cell<kAny, false>(tree, motion, ends_of(tree, motion, reciprocal), walking, tree.root,
-                                                enter, leave, filter, t_far, best);
+                       : trace_in_cell<kAny, false>(tree, motion, ends_of(tree, motion, reciprocal), walking, tree.root,
+                                                    enter, leave, filter, t_far, best);
   return any || (!kAny && best.is_hit());
+}
+
+// Clips [enter, leave] to the box of a tree; returns false if nothing is left.
+inline bool clip_to_tree(const Tree& tree, Static, Float4 origin, Float4 reciprocal, float& enter, float& leave) {
+  return tree.root != kEmptyChild && clip_to_box(tree.clip_bounds, origin, reciprocal, enter, leave);
+}
+inline bool clip_to_tree(const Tree& tree, Deforming motion, Float4 origin, Float4 reciprocal, float& enter,
+                         float& leave) {
+  return clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, origin, reciprocal, enter, leave,
+                     margin_of(tree, motion));
 }
 
 // Traces a ray through a tree. `ray` is in the tree's space and satisfies can_hit(). Nearest hit:
 // finds the hit in (t_min, t_far], and narrows t_far to it. Any hit: returns true at the first
 // found.
-template <bool kAny>
-inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
-                       TreeHit& best) {
-  assert(can_hit(ray));
-  t_far = std::min(t_far, std::numeric_limits<float>::max());
-  float enter = t_min, leave = t_far;
-  const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
-  if (tree.root == kEmptyChild || !clip_to_box(tree.clip_bounds, load_origin(ray), reciprocal, enter, leave))
-    return false;
-  return trace_clipped<kAny>(tree, Static(), ray, reciprocal, t_min, enter, leave, filter, t_far, best);
-}
-
-// Version for deforming trees.
-template <bool kAny>
-inline bool trace_tree(const Tree& tree, Deforming motion, const Ray& ray, float t_min, const CandidateFilter& filter,
+template <bool kAny, class Motion>
+inline bool trace_tree(const Tree& tree, Motion motion, const Ray& ray, float t_min, const CandidateFilter& filter,
                        float& t_far, TreeHit& best) {
   assert(can_hit(ray));
   t_far = std::min(t_far, std::numeric_limits<float>::max());
   float enter = t_min, leave = t_far;
   const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
-  if (!clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, load_origin(ray), reciprocal, enter,
-                   leave, margin_of(tree, motion)))
-    return false;
+  if (!clip_to_tree(tree, motion, load_origin(ray), reciprocal, enter, leave)) return false;
   return trace_clipped<kAny>(tree, motion, ray, reciprocal, t_min, enter, leave, filter, t_far, best);
+}
+template <bool kAny>
+inline bool trace_tree(const Tree& tree, const Ray& ray, float t_min, const CandidateFilter& filter, float& t_far,
+                       TreeHit& best) {
+  return trace_tree<kAny>(tree, Static(), ray, t_min, filter, t_far, best);
 }
 
 // Traces ray `i` of a batch, in world space, on its own; it must satisfy can_hit(). Calls finish(i,

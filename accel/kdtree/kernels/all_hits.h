@@ -1,0 +1,128 @@
+// Every crossing of one ray with all trees of a structure.
+// Compiled separately, so that the other queries stay unchanged.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/moving_queries.h"
+#include "accel/kdtree/kernels/traversal.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+// The triangles of a group whose line of the ray meets no edge, and those of them that it passes on
+// the left: the answers of crosses_sheared() for sixteen triangles at a time.
+struct PlainCrossings {
+  uint32_t plain, left;
+
+  explicit PlainCrossings(const TriangleTest& test)
+      : plain(differs(test.e0, WideLanes(0.0f)) & differs(test.e1, WideLanes(0.0f)) &
+              differs(test.e2, WideLanes(0.0f))),
+        left(sign_bits(test.e2)) {}
+};
+
+// Returns the answer of crosses_sheared() for one triangle of a block.
+[[gnu::noinline]] inline bool crosses_edge(const ShearedVertices& vertices, uint32_t corners, float sz, bool& front) {
+  alignas(64) std::array<float, kBlockVertices> x, y;
+  vertices.x.store(x.data());
+  vertices.y.store(y.data());
+  const auto corner = [&](uint32_t number) { return ShearedCorner(x[number & 15U], y[number & 15U], 0.0f); };
+  return crosses_sheared(corner(corners), corner(corners >> 4), corner(corners >> 8), sz, front);
+}
+
+// Adds the triangles of a leaf that the ray crosses in (t_min, t_far], wherever on the ray; narrows
+// t_far to the collector's.
+template <class Motion>
+[[gnu::always_inline]] inline void cross_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
+                                              const CandidateFilter& filter, CrossingCollector& collector,
+                                              float& t_far) {
+  for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
+  while (true) {
+    const typename Motion::Block block(unit);
+    const ShearedVertices vertices = motion.vertices_of(block, ray);
+    for_each_group(block, [&](uint32_t first, uint32_t count) {
+      const TriangleTest test(vertices, block.corners() + first, count);
+      const WideLanes t = test.distance(vertices, ray.sz);
+      uint32_t hit = test.inside & above(t, WideLanes(t_min)) & at_most(t, WideLanes(t_far));
+      if (hit == 0) return false;
+      TestedBlock tested;
+      tested.store(first, t, test);
+      const PlainCrossings crossings(test);
+      for (; hit != 0; hit &= hit - 1) {
+        const auto lane = static_cast<uint32_t>(std::countr_zero(hit)), i = first + lane;
+        bool front = ((crossings.left >> lane) & 1U) == static_cast<uint32_t>(ray.sz < 0.0f);
+        if (((crossings.plain >> lane) & 1U) == 0 && !crosses_edge(vertices, block.corners()[i], ray.sz, front))
+          continue;
+        if (tested.t[i] > t_far) continue;
+        const TreeHit candidate{tested.t[i], tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i],
+                                block.primitive(i)};
+        if (((block.filtered() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
+        collector.add({filter.resolve(candidate), front});
+        t_far = collector.t_far();
+      }
+      return false;
+    });
+    if (block.is_last()) return;
+    unit += block.unit_count();
+  }
+}
+
+template <bool kSteepRay, class Motion, class Ends>
+[[gnu::noinline]] void cross_clipped(const Tree& tree, Motion motion, Ends ends, const WalkingRay& ray, float enter,
+                                     float leave, const CandidateFilter& filter, CrossingCollector& collector) {
+  float t_far = collector.t_far();
+  const auto cross = [&](const LeafUnit* unit) __attribute__((always_inline)) {
+    cross_leaf(unit, motion, ray.shear, ray.t_min, filter, collector, t_far);
+    return false;
+  };
+  walk_cell<false, kSteepRay>(tree, motion, ends, ray, tree.root, enter, leave, t_far, cross);
+}
+
+// Adds the crossings of a ray, which is in the tree's space and satisfies can_hit(), with a tree. A
+// triangle that is met in several cells is added for each, with the same bits.
+template <class Motion>
+inline void cross_tree(const Tree& tree, Motion motion, const Ray& ray, float t_min, const CandidateFilter& filter,
+                       CrossingCollector& collector) {
+  assert(can_hit(ray));
+  float enter = t_min, leave = collector.t_far();
+  const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
+  if (!clip_to_tree(tree, motion, load_origin(ray), reciprocal, enter, leave)) return;
+  const WalkingRay walking = walking_ray(ray, reciprocal, t_min);
+  if (is_steep(ray.direction, motion))
+    cross_clipped<true>(tree, motion, Relative(), walking, enter, leave, filter, collector);
+  else
+    cross_clipped<false>(tree, motion, ends_of(tree, motion, reciprocal), walking, enter, leave, filter, collector);
+}
+
+// Calls cross(i) for the instances that the ray may enter before the collector's end.
+template <class Instances, class Cross>
+inline void cross_instances(const Structure& s, const InstanceLevel& level, const Instances& instances,
+                            const Ray& world, float t_min, const CrossingCollector& collector, const Cross& cross) {
+  float t_far = collector.t_far();
+  visit_instances<false>(level, std::span(instances), world, t_min, t_far, [&](uint32_t i) {
+    if (s.filter.abandoned()) [[unlikely]]
+      return true;
+    cross(instances[i]);
+    t_far = collector.t_far();
+    return false;
+  });
+}
+
+inline void all_hits(const Structure& s, const Ray& world, CrossingCollector& collector) {
+  const float t_min = std::max(world.t_min, 0.0f), time = clamped_time(world.time);
+  const auto cross = [&](const Tree& tree, auto motion, const Ray& ray, uint32_t instance) {
+    cross_tree(tree, motion, ray, t_min, {s.filter, world, tree, instance}, collector);
+  };
+  cross(s.world_tree, Static(), world, kNoId);
+  if (s.is_split()) cross(s.transient_tree, Static(), world, kNoId);
+  cross_instances(s, s.instance_level, s.transformed, world, t_min, collector, [&](const TransformedInstance& placed) {
+    const Ray ray = placed.to_object(world);
+    if (can_hit(ray)) cross(*placed.tree, Static(), ray, placed.instance);
+  });
+  cross_instances(s, s.moving_level, s.moving, world, t_min, collector, [&](const MovingInstance& moving) {
+    Ray ray;
+    if (!enter_space(s, moving, world, time, t_min, collector.t_far(), ray)) return;
+    with_tree(moving, time, [&](const Tree& tree, auto motion) { cross(tree, motion, ray, moving.instance); });
+  });
+}
+
+} // namespace kindling::accel::kd::KINDLING_SIMD
