@@ -59,15 +59,22 @@ std::string inflate_raw(std::string_view packed, uint64_t size) {
   return bytes;
 }
 
-constexpr uint64_t kMaxRays = uint64_t{1} << 26, kMaxNumbers = 3 * kMaxRays; // of an array
+// Bounds of the memory that a file may take: about 3 GB in all, most of it rays.
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;                        // and of its arrays, unpacked
+constexpr uint64_t kMaxRays = uint64_t{1} << 24, kMaxNumbers = 3 * kMaxRays; // of an array
 
 constexpr std::string_view kArrays[] = {"origins", "directions", "t_min", "t_max", "time"};
 
-// The arrays of the name list above in a zip archive below 4 GiB (APPNOTE.TXT 6.3.10), by name.
-// Others are not unpacked.
-std::map<std::string, std::string, std::less<>> unzip(std::string_view file) {
-  constexpr size_t kEndBytes = 22, kEntryBytes = 46, kLocalBytes = 30, kMaxEntries = 64;
-  constexpr uint64_t kMaxBytes = uint64_t{1} << 32; // of all arrays together, unpacked
+// An array in the directory of a zip archive.
+struct Member {
+  std::string name; // without ".npy"
+  uint16_t method = 0;
+  uint32_t crc = 0, packed_bytes = 0, bytes = 0, local = 0;
+};
+
+// The arrays of the name list above in the directory of a zip archive (APPNOTE.TXT 6.3.10).
+std::vector<Member> find_members(std::string_view file) {
+  constexpr size_t kEndBytes = 22, kEntryBytes = 46, kMaxEntries = 64;
   size_t end = std::string_view::npos;
   if (file.size() >= kEndBytes) end = file.rfind("PK\x05\x06", file.size() - kEndBytes);
   if (end == std::string_view::npos)
@@ -75,39 +82,48 @@ std::map<std::string, std::string, std::less<>> unzip(std::string_view file) {
   const auto count = load<uint16_t>(file, end + 10);
   size_t at = load<uint32_t>(file, end + 16);
   if (count > kMaxEntries) throw NpzFault{"has " + std::to_string(count) + " arrays; at most 64 are read"};
-  std::map<std::string, std::string, std::less<>> members;
+  std::vector<Member> members;
   uint64_t all_bytes = 0;
   for (uint16_t i = 0; i < count; ++i) {
     if (part(file, at, 4) != "PK\x01\x02") throw NpzFault{"has a damaged directory"};
-    const auto method = load<uint16_t>(file, at + 10);
-    const auto crc = load<uint32_t>(file, at + 16), packed = load<uint32_t>(file, at + 20),
-               size = load<uint32_t>(file, at + 24), local = load<uint32_t>(file, at + 42);
+    Member member;
+    member.method = load<uint16_t>(file, at + 10);
+    member.crc = load<uint32_t>(file, at + 16);
+    member.packed_bytes = load<uint32_t>(file, at + 20);
+    member.bytes = load<uint32_t>(file, at + 24);
+    member.local = load<uint32_t>(file, at + 42);
     const auto name_bytes = load<uint16_t>(file, at + 28), extra_bytes = load<uint16_t>(file, at + 30),
                comment_bytes = load<uint16_t>(file, at + 32);
-    std::string name(part(file, at + kEntryBytes, name_bytes));
+    member.name = part(file, at + kEntryBytes, name_bytes);
     at += kEntryBytes + size_t{name_bytes} + extra_bytes + comment_bytes;
-    if (!name.ends_with(".npy")) continue;
-    name.resize(name.size() - 4);
-    if (std::find(std::begin(kArrays), std::end(kArrays), name) == std::end(kArrays)) continue;
-    if (members.contains(name)) throw NpzFault{"has two arrays " + name};
-    all_bytes += size;
-    if (packed == 0xffffffffU || size == 0xffffffffU || local == 0xffffffffU)
-      throw NpzFault{"has an array " + name + " of 4 GiB or more, which cannot be read"};
-    if (all_bytes > kMaxBytes) throw NpzFault{"has arrays of more than 4 GiB, which cannot be read"};
-    if (part(file, local, 4) != "PK\x03\x04") throw NpzFault{"has a damaged array " + name};
-    const size_t data =
-        size_t{local} + kLocalBytes + load<uint16_t>(file, local + 26) + load<uint16_t>(file, local + 28);
-    const std::string_view stored = part(file, data, packed);
-    if (method != 0 && method != 8)
-      throw NpzFault{"has an array " + name + " of compression method " + std::to_string(method) +
-                     "; 0 and 8 can be read"};
-    std::string bytes = method == 0 ? std::string(stored) : inflate_raw(stored, size);
-    if (bytes.size() != size ||
-        crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())) != crc)
-      throw NpzFault{"has a damaged array " + name};
-    members.emplace(std::move(name), std::move(bytes));
+    if (!member.name.ends_with(".npy")) continue;
+    member.name.resize(member.name.size() - 4);
+    if (std::find(std::begin(kArrays), std::end(kArrays), member.name) == std::end(kArrays)) continue;
+    for (const Member& other : members)
+      if (other.name == member.name) throw NpzFault{"has two arrays " + member.name};
+    all_bytes += member.bytes;
+    members.push_back(std::move(member));
   }
+  if (all_bytes > kMaxFileBytes)
+    throw NpzFault{"has arrays of " + std::to_string(all_bytes) + " bytes; at most " + std::to_string(kMaxFileBytes) +
+                   " (1 GiB) are read: write fewer rays, or float32"};
   return members;
+}
+
+std::string unpack(std::string_view file, const Member& member) {
+  constexpr size_t kLocalBytes = 30;
+  if (part(file, member.local, 4) != "PK\x03\x04") throw NpzFault{"has a damaged array " + member.name};
+  const size_t data = size_t{member.local} + kLocalBytes + load<uint16_t>(file, size_t{member.local} + 26) +
+                      load<uint16_t>(file, size_t{member.local} + 28);
+  const std::string_view stored = part(file, data, member.packed_bytes);
+  if (member.method != 0 && member.method != 8)
+    throw NpzFault{"has an array " + member.name + " of compression method " + std::to_string(member.method) +
+                   "; 0 and 8 can be read"};
+  std::string bytes = member.method == 0 ? std::string(stored) : inflate_raw(stored, member.bytes);
+  if (bytes.size() != member.bytes ||
+      crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())) != member.crc)
+    throw NpzFault{"has a damaged array " + member.name};
+  return bytes;
 }
 
 struct Array {
@@ -161,8 +177,7 @@ Array parse_array(const std::string& name, std::string_view bytes) {
       size = std::min<uint64_t>(size * 10 + static_cast<uint64_t>(shape[i] - '0'), kMaxNumbers + 1);
     array.shape.push_back(size);
     if (count > kMaxNumbers / std::max<uint64_t>(size, 1))
-      throw NpzFault{"array " + name + " is too large; at most " + std::to_string(kMaxNumbers) +
-                     " numbers can be read"};
+      throw NpzFault{"array " + name + " is too large; at most " + std::to_string(kMaxRays) + " rays are read"};
     count *= size;
   }
   const size_t element = is_double ? 8 : 4;
@@ -187,31 +202,38 @@ Array parse_array(const std::string& name, std::string_view bytes) {
   return array;
 }
 
-RayRecording parse(std::string_view file) {
-  const auto members = unzip(file);
-  const auto find = [&](const std::string& name) -> std::optional<Array> {
-    const auto found = members.find(name);
-    if (found == members.end()) return std::nullopt;
-    return parse_array(name, found->second);
+using Arrays = std::map<std::string, Array, std::less<>>;
+
+// Unpacks one array after the other, so that the bytes of only one are held beside the file's.
+Arrays parse_arrays(std::string_view file) {
+  Arrays arrays;
+  for (const Member& member : find_members(file))
+    arrays.emplace(member.name, parse_array(member.name, unpack(file, member)));
+  return arrays;
+}
+
+RayRecording make_rays(const Arrays& arrays) {
+  const auto find = [&](const std::string& name) {
+    const auto found = arrays.find(name);
+    return found == arrays.end() ? nullptr : &found->second;
   };
-  const auto vectors = [&](const std::string& name) {
-    std::optional<Array> array = find(name);
-    if (!array) throw NpzFault{"has no array '" + name + "'; origins and directions of shape (N, 3) are needed"};
+  const auto vectors = [&](const std::string& name) -> const Array& {
+    const Array* array = find(name);
+    if (array == nullptr)
+      throw NpzFault{"has no array '" + name + "'; origins and directions of shape (N, 3) are needed"};
     if (array->shape.size() != 2 || array->shape[1] != 3)
       throw NpzFault{"array " + name + " has the shape " + shape_text(array->shape) + ", expected (N, 3)"};
-    return *std::move(array);
+    return *array;
   };
-  const Array origins = vectors("origins"), directions = vectors("directions");
+  const Array &origins = vectors("origins"), &directions = vectors("directions");
   const uint64_t count = origins.shape[0];
   if (directions.shape[0] != count)
     throw NpzFault{"has " + std::to_string(count) + " origins and " + std::to_string(directions.shape[0]) +
                    " directions"};
   if (count == 0) throw NpzFault{"has no rays"};
-  if (count > kMaxRays)
-    throw NpzFault{"has " + std::to_string(count) + " rays; at most " + std::to_string(kMaxRays) + " can be read"};
   const auto numbers = [&](const std::string& name, float otherwise) {
-    const std::optional<Array> array = find(name);
-    if (!array) return std::vector<float>(count, otherwise);
+    const Array* array = find(name);
+    if (array == nullptr) return std::vector<float>(count, otherwise);
     if (array->shape.empty()) return std::vector<float>(count, array->values[0]);
     if (array->shape.size() != 1 || array->shape[0] != count)
       throw NpzFault{"array " + name + " has the shape " + shape_text(array->shape) + ", expected (" +
@@ -251,12 +273,16 @@ Result<RayRecording> read_npz_rays(const std::filesystem::path& path) {
   const uint64_t size = std::filesystem::file_size(path, code);
   std::ifstream stream(path, std::ios::binary);
   if (code || !stream) return refuse("cannot be read");
-  if (size > 0xffffffffU) return refuse("has 4 GiB or more, which cannot be read");
+  if (size > kMaxFileBytes)
+    return refuse("has " + std::to_string(size) + " bytes; at most " + std::to_string(kMaxFileBytes) +
+                  " (1 GiB) are read: write fewer rays, or float32");
   std::string file(size, '\0');
   stream.read(file.data(), static_cast<std::streamsize>(size));
   if (static_cast<uint64_t>(stream.gcount()) != size) return refuse("cannot be read to its end");
   try {
-    return parse(file);
+    const Arrays arrays = parse_arrays(file);
+    file = std::string(); // freed before the rays are made
+    return make_rays(arrays);
   } catch (const NpzFault& fault) {
     return refuse(fault.message);
   }

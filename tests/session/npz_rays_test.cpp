@@ -140,7 +140,7 @@ TEST_F(NpzRays, WrongArraysAreNamed) {
   members[1].second = npy("<f4", "(2, 3)", numbers<float>({1, 0, 0, 1, 0}));
   EXPECT_EQ(error(members), "array directions of shape (2, 3) has 20 bytes");
   members[1].second = npy("<f4", "(99999999999999999999, 3)", "");
-  EXPECT_EQ(error(members), "array directions is too large; at most 201326592 numbers can be read");
+  EXPECT_EQ(error(members), "array directions is too large; at most 16777216 rays are read");
   members[1].second = npy("<f4", "(2, 3, 1)", numbers<float>({1, 0, 0, 1, 0, 0}));
   EXPECT_EQ(error(members), "array directions has more than two dimensions");
   members[1].second = npy("<f4", "(2, -3)", numbers<float>({1, 0, 0, 1, 0, 0}));
@@ -174,6 +174,29 @@ TEST_F(NpzRays, DamagedArchivesAreRefused) {
   EXPECT_EQ(error(""), "is no .npz file, or is cut off: it has no directory of a zip archive");
   EXPECT_FALSE(read_npz_rays("/no/such/file.npz").ok());
   EXPECT_FALSE(read_npz_rays(testing::TempDir()).ok());
+}
+
+// A file of more than the budget is refused before it is read, and so are arrays that would unpack
+// to more.
+TEST_F(NpzRays, LargeFilesAreRefused) {
+  std::ofstream(path_, std::ios::binary).close();
+  std::filesystem::resize_file(path_, (uint64_t{1} << 30) + 1); // a hole
+  const Result<RayRecording> large = read_npz_rays(path_);
+  ASSERT_FALSE(large.ok());
+  EXPECT_EQ(large.error().message,
+            path_.string() +
+                ": has 1073741825 bytes; at most 1073741824 (1 GiB) are read: write fewer rays, or float32");
+  std::string file = zip(rays(), true);
+  for (size_t entry = file.find("PK\x01\x02"); entry != std::string::npos; entry = file.find("PK\x01\x02", entry + 1))
+    file.replace(entry + 24, 4, raw(uint32_t{0x20000001U}));
+  EXPECT_EQ(error(file),
+            "has arrays of 1073741826 bytes; at most 1073741824 (1 GiB) are read: write fewer rays, or float32");
+  // The largest number of rays is that of a shape, whatever the data.
+  Members members = rays();
+  members[0].second = npy("<f4", "(16777216, 3)", "");
+  EXPECT_EQ(error(members), "array origins of shape (16777216, 3) has 0 bytes");
+  members[0].second = npy("<f4", "(16777217, 3)", "");
+  EXPECT_EQ(error(members), "array origins is too large; at most 16777216 rays are read");
 }
 
 // Sizes of 4 GiB in the directory of a small file allocate nothing.
