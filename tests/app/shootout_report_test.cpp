@@ -83,6 +83,29 @@ TEST(ShootoutSummary, ComparesTheBestOfBothSides) {
   EXPECT_TRUE(compare_with_embree(report.scenes[0]).empty());
 }
 
+// Rays of files have a line of their own, which other races lack.
+TEST(ShootoutSummary, OtherRaysAreNoBounces) {
+  SceneResult scene = timed_scene();
+  const auto line_of = [&scene](const std::string& words) -> std::optional<EmbreeComparisonLine> {
+    const std::vector<EmbreeComparison> comparisons = compare_with_embree(scene);
+    for (const EmbreeComparisonLine& line : comparisons[0].lines)
+      if (line.measure.find(words) != std::string::npos) return line;
+    return std::nullopt;
+  };
+  EXPECT_FALSE(line_of("other rays"));
+  const double bounces = *line_of("bounces")->any;
+  scene.sets.push_back({"nearest", RayQuery::nearest, 0, 100, 0});
+  for (AcceleratorResult& accelerator : scene.accelerators) {
+    const double time_s = accelerator.is(accel::Kind::kdtree) ? 1.0 : accelerator.variant.robust ? 6.0 : 3.0;
+    accelerator.traversal.push_back({4, CallForm::single, {time_s, time_s}, 0.0, {}});
+  }
+  EXPECT_DOUBLE_EQ(*line_of("bounces")->any, bounces);
+  EXPECT_DOUBLE_EQ(*line_of("other rays")->robust, 6.0);
+  EXPECT_DOUBLE_EQ(*line_of("other rays")->any, 3.0);
+  scene.sets[1].name = scene.sets[2].name = "mine";
+  EXPECT_FALSE(line_of("bounces")->any.has_value());
+}
+
 TEST(ShootoutSummary, SmallRatiosKeepTheirDigits) {
   EXPECT_EQ(format_ratio(1.234), "1.23x");
   EXPECT_EQ(format_ratio(0.1), "0.10x");

@@ -48,7 +48,13 @@ std::optional<double> build_against(const SceneResult& scene, const AcceleratorR
   return *smallest > 0.0 ? quantity(own.build) / *smallest : 0.0;
 }
 
-bool is_bounce(const RaySetInfo& set) { return set.query == RayQuery::nearest && set.coherent_group == 0; }
+// Rays of files may be anything, also bounces of another renderer.
+bool is_bounce(const RaySetInfo& set) {
+  return set.query == RayQuery::nearest && set.coherent_group == 0 && set.name.starts_with("bounce");
+}
+bool is_other(const RaySetInfo& set) {
+  return set.query == RayQuery::nearest && set.coherent_group == 0 && !is_bounce(set);
+}
 bool is_nearest(const RaySetInfo& set) { return set.query == RayQuery::nearest; }
 bool is_coherent(const RaySetInfo& set) { return set.query == RayQuery::nearest && set.coherent_group > 0; }
 bool is_any_hit(const RaySetInfo& set) { return set.query == RayQuery::any_hit; }
@@ -77,6 +83,8 @@ EmbreeComparison compare(const SceneResult& scene, const AcceleratorResult& own)
   add_speed("speed, nearest hit, single calls", is_nearest, CallForm::single, 1.1);
   add_speed("speed, camera, best call of each", is_coherent, std::nullopt, 1.0);
   add_speed("speed, any hit, best call of each", is_any_hit, std::nullopt, 1.0);
+  if (std::any_of(scene.sets.begin(), scene.sets.end(), is_other))
+    add_speed("speed, nearest hit of other rays, best call of each", is_other, std::nullopt, 1.0);
   add_build("build time of medium quality (balanced)", build_time, accel::Quality::balanced, 4.0);
   add_build("build time of high quality (best)", build_time, accel::Quality::best, 1.0);
   add_build("memory of medium quality (balanced)", memory, accel::Quality::balanced, 1.3);
