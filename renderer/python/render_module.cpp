@@ -2,6 +2,7 @@
 //
 // kindling/render.py gives its results names and documentation.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/base/phase_name.h"
 #include "renderer/facade/renderer.h"
 
 #include <nanobind/nanobind.h>
@@ -34,18 +35,6 @@ using namespace kindling;
   case ErrorKind::render_failed: PyErr_SetString(PyExc_RuntimeError, error.message.c_str()); throw nb::python_error();
   default: throw nb::value_error(error.message.c_str());
   }
-}
-
-const char* phase_name(Phase phase) {
-  switch (phase) {
-  case Phase::load: return "load";
-  case Phase::textures: return "textures";
-  case Phase::build: return "build";
-  case Phase::render: return "render";
-  case Phase::denoise: return "denoise";
-  case Phase::write: return "write";
-  }
-  return "";
 }
 
 // Runs a render on a thread of its own, while the calling thread looks after signals and calls

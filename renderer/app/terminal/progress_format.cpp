@@ -3,6 +3,7 @@
 #include "renderer/app/terminal/progress_format.h"
 
 #include "renderer/app/text/text_format.h"
+#include "renderer/base/phase_name.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -46,18 +47,6 @@ std::vector<std::string> status_parts(const ProgressState& state) {
 double clamp_fraction(double fraction) { return std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0; }
 
 } // namespace
-
-std::string_view phase_name(Phase phase) {
-  switch (phase) {
-  case Phase::load: return "load";
-  case Phase::textures: return "textures";
-  case Phase::build: return "build";
-  case Phase::render: return "render";
-  case Phase::denoise: return "denoise";
-  case Phase::write: return "write";
-  }
-  return "?";
-}
 
 std::optional<double> remaining_seconds(double fraction, double phase_elapsed_s) {
   if (!(fraction >= 0.02) || phase_elapsed_s < 0.5) return std::nullopt;

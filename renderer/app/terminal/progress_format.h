@@ -8,12 +8,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 namespace kindling::app {
-
-// "load", "textures", "build", "render", "write".
-[[nodiscard]] std::string_view phase_name(Phase phase);
 
 // The current frame of --frames.
 struct FrameState {
