@@ -3,7 +3,7 @@
 #include "accel/kdtree/kdtree_accelerator.h"
 
 #include "accel/affine.h"
-#include "accel/crossing_collector.h"
+#include "accel/kdtree/all_hits_queries.h"
 #include "accel/kdtree/build.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
@@ -41,7 +41,7 @@ class KdTreeAccelerator final : public Accelerator {
     if (cancelled_) return;
     statistics_.simd = options.simd.value_or(best_simd_target());
     queries_ = &kd::queries_for(statistics_.simd, {!structure_.moving.empty(), structure_.is_split()});
-    all_hits_ = kd::all_hits_query_for(statistics_.simd);
+    all_hits_ = &kd::all_hits_queries_for(statistics_.simd);
     count();
     statistics_.instance_count = input.instances.size();
     statistics_.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -70,11 +70,13 @@ class KdTreeAccelerator final : public Accelerator {
     queries_->occluded_coherent(structure_, rays, blocked);
   }
   [[nodiscard]] bool all_hits(const Ray& ray, size_t limit, std::vector<Crossing>& crossings) const override {
-    CrossingCollector collector(crossings, limit, std::min(ray.t_max, std::numeric_limits<float>::max()));
-    if (structure_.filter.abandoned() || !can_hit(ray)) return true;
-    all_hits_(structure_, ray, collector);
-    collector.finish();
+    kd::all_hits(*all_hits_, structure_, ray, limit, crossings);
     return true;
+  }
+  // See kdtree_all_hits().
+  void all_hits(std::span<const Ray> rays, size_t limit, std::vector<Crossing>& crossings,
+                std::span<uint32_t> counts) const {
+    kd::all_hits(*all_hits_, structure_, rays, limit, crossings, counts);
   }
   [[nodiscard]] std::optional<TraversalCost> traversal_cost(const Ray& ray, bool any_hit) const override {
     return kd::traversal_cost(structure_, ray, any_hit);
@@ -363,7 +365,7 @@ class KdTreeAccelerator final : public Accelerator {
   Quality quality_;
   kd::Config config_;
   const kd::Queries* queries_ = nullptr;
-  kd::AllHitsQuery all_hits_ = nullptr;
+  const kd::AllHitsQueries* all_hits_ = nullptr;
   bool cancelled_ = false;
   kd::Structure structure_;
   Imath::Box3f bounds_;
@@ -383,6 +385,14 @@ std::unique_ptr<Accelerator> make_kdtree(const BuildInput& input, const BuildOpt
 std::unique_ptr<const kd::StructureTables> view_of(const Accelerator& accelerator) {
   const auto* kdtree = dynamic_cast<const KdTreeAccelerator*>(&accelerator);
   return kdtree == nullptr ? nullptr : std::make_unique<const kd::StructureTables>(kdtree->structure());
+}
+
+bool kdtree_all_hits(const Accelerator& accelerator, std::span<const Ray> rays, size_t limit,
+                     std::vector<Crossing>& crossings, std::span<uint32_t> counts) {
+  assert(counts.size() == rays.size());
+  const auto* kdtree = dynamic_cast<const KdTreeAccelerator*>(&accelerator);
+  if (kdtree != nullptr) kdtree->all_hits(rays, limit, crossings, counts);
+  return kdtree != nullptr;
 }
 
 } // namespace kindling::accel

@@ -33,7 +33,7 @@ const Queries& queries_for(SimdTarget target, QueryNeeds needs) {
       needs);
 }
 
-AllHitsQuery all_hits_query_for(SimdTarget target) {
+const AllHitsQueries& all_hits_queries_for(SimdTarget target) {
   assert(target <= best_simd_target());
   switch (target) {
 #if defined(__x86_64__)

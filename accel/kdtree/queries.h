@@ -4,6 +4,7 @@
 
 #include "accel/accelerator.h"
 #include "accel/crossing_collector.h"
+#include "accel/kdtree/crossing_batch.h"
 #include "accel/kdtree/structure.h"
 #include "accel/simd_target.h"
 
@@ -30,19 +31,23 @@ struct QueryNeeds {
 // Returns the queries of a target, which the processor must support; see simd_target.h.
 [[nodiscard]] const Queries& queries_for(SimdTarget target, QueryNeeds needs);
 
-// Adds every crossing of a ray, which satisfies can_hit(), to the collector, some of them several
-// times with the same bits.
-using AllHitsQuery = void (*)(const Structure&, const Ray&, CrossingCollector&);
-[[nodiscard]] AllHitsQuery all_hits_query_for(SimdTarget target);
+// Queries of every crossing. Some are added several times with the same bits.
+struct AllHitsQueries {
+  // The ray satisfies can_hit().
+  void (*single)(const Structure&, const Ray&, CrossingCollector&);
+  // For a structure that is its world's tree alone.
+  void (*stream)(const Structure&, std::span<const Ray>, CrossingBatch&);
+};
+[[nodiscard]] const AllHitsQueries& all_hits_queries_for(SimdTarget target);
 
 // Defined in kernels/portable.cpp, kernels/split_portable.cpp, kernels/moving_portable.cpp,
 // kernels/all_hits_portable.cpp and their counterparts for the other targets.
 extern const Queries kPortableQueries, kPortableSplitQueries, kPortableMovingQueries, kPortableSplitMovingQueries;
-extern const AllHitsQuery kPortableAllHits;
+extern const AllHitsQueries kPortableAllHits;
 #if defined(__x86_64__)
 extern const Queries kAvx2Queries, kAvx2SplitQueries, kAvx2MovingQueries, kAvx2SplitMovingQueries;
 extern const Queries kAvx512Queries, kAvx512SplitQueries, kAvx512MovingQueries, kAvx512SplitMovingQueries;
-extern const AllHitsQuery kAvx2AllHits, kAvx512AllHits;
+extern const AllHitsQueries kAvx2AllHits, kAvx512AllHits;
 #endif
 
 } // namespace kindling::accel::kd

@@ -49,6 +49,7 @@ struct Structure {
   InstanceLevel moving_level; // over `moving`, bounds of the whole shutter
 
   [[nodiscard]] bool is_split() const { return transient_tree.root != kEmptyChild; }
+  [[nodiscard]] bool has_instances() const { return !transformed.empty() || !moving.empty(); }
 };
 
 } // namespace kindling::accel::kd

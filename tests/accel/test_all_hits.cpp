@@ -3,13 +3,12 @@
 // KINDLING_ALL_HITS_SEEDS=100000 sets the number of random scenes, KINDLING_ALL_HITS_RAYS the rays
 // through each closed mesh.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/all_hits.h"
+#include "tests/accel/all_hits_trials.h"
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/motion_scenes.h"
 #include "tests/accel/trials.h"
 
 #include <gtest/gtest.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -23,22 +22,9 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-std::unique_ptr<Accelerator> build_all_hits(Kind kind, const TestScene& scene, std::optional<SimdTarget> simd = {}) {
-  BuildOptions options;
-  options.all_hits = true;
-  options.simd = simd;
-  return build(kind, scene, options);
-}
-
 // Tests that run by each instruction set of the kd-tree's kernels.
 class AllHitsKernels : public ::testing::TestWithParam<SimdTarget> {};
 INSTANTIATE_TEST_SUITE_P(All, AllHitsKernels, ::testing::ValuesIn(simd_targets()), simd_label);
-
-std::vector<Crossing> crossings_of(const Accelerator& accelerator, const Ray& ray, size_t limit = kNoLimit) {
-  std::vector<Crossing> crossings;
-  EXPECT_TRUE(accelerator.all_hits(ray, limit, crossings));
-  return crossings;
-}
 
 Ray line(const V3f& origin, const V3f& direction) {
   Ray ray;
@@ -71,14 +57,6 @@ void compare_all(const Accelerator& oracle, const Accelerator& tested, std::span
          << ray.time << ": " << found.size() << " crossings instead of " << expected.size();
     if (counts.failure.empty()) counts.failure = text.str();
   }
-}
-
-std::vector<Ray> hard_rays(Rng& rng, const TestScene& scene, int count) {
-  std::vector<Ray> rays = aimed_rays(rng, scene, count);
-  for (const std::vector<Ray>& more : {random_rays(rng, scene.bounds(), count / 4),
-                                       axis_parallel_rays(rng, scene, count / 4), grazing_rays(rng, scene, count / 4)})
-    rays.insert(rays.end(), more.begin(), more.end());
-  return rays;
 }
 
 TEST_P(AllHitsKernels, EqualBruteForce) {
@@ -303,8 +281,6 @@ TEST(AllHits, LimitKeepsTheNearest) {
   }
 }
 
-bool accept_even(const void*, const Ray&, const Hit& candidate) { return candidate.triangle % 2 == 0; }
-
 TEST(AllHits, FilterDecidesAboutCutOuts) {
   Rng rng(727);
   Mesh leaves = triangle_soup(rng, 500, 1.0f, 0.5f);
@@ -330,28 +306,6 @@ TEST(AllHits, RaysThatCannotHitCrossNothing) {
     for (const Ray& ray : {line(V3f(0), V3f(0)), line(V3f(kInfinity), V3f(0, 0, 1)), empty})
       EXPECT_TRUE(crossings_of(*accelerator, ray).empty()) << kind_name(kind);
   }
-}
-
-TEST(AllHits, ManyRaysEqualSingleOnesForAnyNumberOfThreads) {
-  Rng rng(733);
-  const TestScene scene(triangle_soup(rng, 1000, 1.0f, 0.3f));
-  const std::vector<Ray> rays = random_rays(rng, scene.bounds(), 1500);
-  for (const Kind kind : {Kind::kdtree, Kind::embree}) {
-    const auto accelerator = build_all_hits(kind, scene);
-    for (const int threads : {1, 3}) {
-      CrossingLists lists;
-      tbb::task_arena(threads).execute([&] { EXPECT_TRUE(all_hits(*accelerator, rays, 50, lists)); });
-      ASSERT_EQ(lists.ray_count(), rays.size());
-      for (size_t i = 0; i < rays.size(); ++i) {
-        const std::span<const Crossing> of_ray = lists.of(i);
-        ASSERT_EQ(crossings_of(*accelerator, rays[i], 50), std::vector(of_ray.begin(), of_ray.end()));
-      }
-    }
-  }
-  CrossingLists lists;
-  EXPECT_TRUE(all_hits(*build(Kind::kdtree, scene), {}, kNoLimit, lists));
-  EXPECT_EQ(lists.ray_count(), 0U);
-  EXPECT_FALSE(all_hits(*build(Kind::embree, scene), rays, kNoLimit, lists));
 }
 
 } // namespace

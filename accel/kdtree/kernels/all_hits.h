@@ -5,6 +5,7 @@
 
 #include "accel/kdtree/kernels/instances.h"
 #include "accel/kdtree/kernels/moving_queries.h"
+#include "accel/kdtree/kernels/stream.h"
 #include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
@@ -29,8 +30,34 @@ struct PlainCrossings {
   return crosses_sheared(corner(corners), corner(corners >> 4), corner(corners >> 8), sz, front);
 }
 
-// Adds the triangles of a leaf that the ray crosses in (t_min, t_far], wherever on the ray; narrows
-// t_far to the collector's.
+// Calls add(candidate, front) for the triangles of a block that the ray crosses in (t_min, t_far],
+// wherever on the ray, and that the filter accepts; the call may narrow t_far.
+template <class Block, class Add>
+[[gnu::always_inline]] inline void cross_block(const Block& block, const ShearedVertices& vertices, float sz,
+                                               float t_min, const float& t_far, const CandidateFilter& filter,
+                                               const Add& add) {
+  for_each_group(block, [&](uint32_t first, uint32_t count) {
+    const TriangleTest test(vertices, block.corners() + first, count);
+    const WideLanes t = test.distance(vertices, sz);
+    uint32_t hit = test.inside & above(t, WideLanes(t_min)) & at_most(t, WideLanes(t_far));
+    if (hit == 0) return false;
+    TestedBlock tested;
+    tested.store(first, t, test);
+    const PlainCrossings crossings(test);
+    for (; hit != 0; hit &= hit - 1) {
+      const auto lane = static_cast<uint32_t>(std::countr_zero(hit)), i = first + lane;
+      bool front = ((crossings.left >> lane) & 1U) == static_cast<uint32_t>(sz < 0.0f);
+      if (((crossings.plain >> lane) & 1U) == 0 && !crosses_edge(vertices, block.corners()[i], sz, front)) continue;
+      if (tested.t[i] > t_far) continue;
+      const TreeHit candidate{tested.t[i], tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i],
+                              block.primitive(i)};
+      if (((block.filtered() >> i) & 1U) == 0 || filter.accepts(candidate)) add(candidate, front);
+    }
+    return false;
+  });
+}
+
+// Adds the triangles of a leaf; narrows t_far to the collector's.
 template <class Motion>
 [[gnu::always_inline]] inline void cross_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
                                               const CandidateFilter& filter, CrossingCollector& collector,
@@ -38,29 +65,11 @@ template <class Motion>
   for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
   while (true) {
     const typename Motion::Block block(unit);
-    const ShearedVertices vertices = motion.vertices_of(block, ray);
-    for_each_group(block, [&](uint32_t first, uint32_t count) {
-      const TriangleTest test(vertices, block.corners() + first, count);
-      const WideLanes t = test.distance(vertices, ray.sz);
-      uint32_t hit = test.inside & above(t, WideLanes(t_min)) & at_most(t, WideLanes(t_far));
-      if (hit == 0) return false;
-      TestedBlock tested;
-      tested.store(first, t, test);
-      const PlainCrossings crossings(test);
-      for (; hit != 0; hit &= hit - 1) {
-        const auto lane = static_cast<uint32_t>(std::countr_zero(hit)), i = first + lane;
-        bool front = ((crossings.left >> lane) & 1U) == static_cast<uint32_t>(ray.sz < 0.0f);
-        if (((crossings.plain >> lane) & 1U) == 0 && !crosses_edge(vertices, block.corners()[i], ray.sz, front))
-          continue;
-        if (tested.t[i] > t_far) continue;
-        const TreeHit candidate{tested.t[i], tested.e1[i] / tested.det[i], tested.e2[i] / tested.det[i],
-                                block.primitive(i)};
-        if (((block.filtered() >> i) & 1U) != 0 && !filter.accepts(candidate)) continue;
-        collector.add({filter.resolve(candidate), front});
-        t_far = collector.t_far();
-      }
-      return false;
-    });
+    cross_block(block, motion.vertices_of(block, ray), ray.sz, t_min, t_far, filter,
+                [&](const TreeHit& candidate, bool front) {
+                  collector.add({filter.resolve(candidate), front});
+                  t_far = collector.t_far();
+                });
     if (block.is_last()) return;
     unit += block.unit_count();
   }
@@ -123,6 +132,30 @@ inline void all_hits(const Structure& s, const Ray& world, CrossingCollector& co
     if (!enter_space(s, moving, world, time, t_min, collector.t_far(), ray)) return;
     with_tree(moving, time, [&](const Tree& tree, auto motion) { cross(tree, motion, ray, moving.instance); });
   });
+}
+
+// Hands the crossings of a stream's rays to a batch.
+struct EveryHit {
+  const Structure& structure;
+  std::span<const Ray> rays;
+  CrossingBatch& batch;
+
+  [[gnu::noinline]] bool take(uint32_t ray, const LeafBlock& block, const RayShear& shear, float t_min, float t_far) {
+    const CandidateFilter filter{structure.filter, rays[ray], structure.world_tree, kNoId};
+    bool continues = true;
+    cross_block(block, ShearedVertices(block, shear), shear.sz, t_min, t_far, filter,
+                [&](const TreeHit& candidate, bool front) {
+                  continues = batch.add(ray, {filter.resolve(candidate), front}) && continues;
+                });
+    return continues;
+  }
+  void leave_aside(uint32_t ray) { batch.leave_aside(ray); }
+};
+
+// Adds the crossings of many rays with the world's tree.
+inline void all_hits_stream(const Structure& s, std::span<const Ray> rays, CrossingBatch& batch) {
+  Stream<false, EveryHit> stream(s.world_tree, s.filter, {s, rays, batch});
+  stream.trace(rays, [](size_t, const TreeHit&) {});
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

@@ -11,6 +11,6 @@
 
 namespace kindling::accel::kd {
 
-const AllHitsQuery kAvx2AllHits = all_hits_avx2::all_hits;
+const AllHitsQueries kAvx2AllHits = {all_hits_avx2::all_hits, all_hits_avx2::all_hits_stream};
 
 } // namespace kindling::accel::kd

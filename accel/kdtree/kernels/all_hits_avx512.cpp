@@ -17,6 +17,6 @@
 
 namespace kindling::accel::kd {
 
-const AllHitsQuery kAvx512AllHits = all_hits_avx512::all_hits;
+const AllHitsQueries kAvx512AllHits = {all_hits_avx512::all_hits, all_hits_avx512::all_hits_stream};
 
 } // namespace kindling::accel::kd

@@ -9,6 +9,6 @@
 
 namespace kindling::accel::kd {
 
-const AllHitsQuery kPortableAllHits = all_hits_portable::all_hits;
+const AllHitsQueries kPortableAllHits = {all_hits_portable::all_hits, all_hits_portable::all_hits_stream};
 
 } // namespace kindling::accel::kd

@@ -9,6 +9,7 @@
 #include "accel/crossing_collector.h"
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/config.h"
+#include "accel/kdtree/crossing_batch.h"
 #include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
 #include "accel/kdtree/queries.h"

@@ -28,16 +28,22 @@ inline constexpr size_t kMinStreamRays = 4;
 // Number of cache lines prefetched of a leaf block; a full one has five.
 inline constexpr size_t kBlockLines = 4;
 
+// Takes hits of the nearest-hit or any-hit query. The other kind, for every hit, has
+// take(ray, block, shear, t_min, t_far), which returns false to end the ray, and leave_aside(ray).
+struct BestHits {};
+
 // Takes about 240 KB, meant for the stack; nothing is initialized before its use.
-template <bool kAny>
+template <bool kAny, class Hits = BestHits>
 class Stream {
+  static constexpr bool kEvery = !std::is_same_v<Hits, BestHits>;
+
  public:
-  Stream(const Tree& tree, const HitFilter& filter) : tree_(tree), filter_(filter) {}
+  Stream(const Tree& tree, const HitFilter& filter, Hits hits = {}) : tree_(tree), filter_(filter), hits_(hits) {}
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
   // Calls finish(ray index, hit) once for each ray that hits something, in any order, with the
-  // nearest hit or, if kAny, any hit.
+  // nearest hit or, if kAny, any hit. Never calls it if another kind takes the hits.
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
     if (tree_.root == kEmptyChild) return;
@@ -128,8 +134,13 @@ class Stream {
     first_prepared_ = next_;
     next_ += part.size();
     // Rays that may lie in a plane visit cells in another order than frames store them.
-    for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1)
-      trace_indexed<kAny>(tree_, filter_, rays, first_prepared_ + static_cast<size_t>(std::countr_zero(apart)), finish);
+    for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1) {
+      const size_t i = first_prepared_ + static_cast<size_t>(std::countr_zero(apart));
+      if constexpr (kEvery)
+        hits_.leave_aside(static_cast<uint32_t>(i));
+      else
+        trace_indexed<kAny>(tree_, filter_, rays, i, finish);
+    }
   }
 
   // Selects b if the condition holds, else a, without a branch.
@@ -312,6 +323,10 @@ class Stream {
 
   // Accepts hits; called once or twice per ray.
   void take_hits(std::span<const Ray> rays, Slot& s, ChildWord leaf, const TestedBlock& tested, uint32_t hit) {
+    if constexpr (kEvery) {
+      if (!hits_.take(s.ray, tree_.leaf_block(leaf), s.at.ray_shear(), s.at.t_min, s.at.t_far)) s.at.t_far = -1.0f;
+      return;
+    }
     const CandidateFilter filter{filter_, rays[s.ray], tree_, kNoId};
     TreeHit best = s.best();
     if (take_candidates<kAny>(tree_.leaf_block(leaf), hit, tested, filter, s.at.t_far, best)) s.at.t_far = -1.0f;
@@ -322,6 +337,7 @@ class Stream {
 
   const Tree& tree_;
   const HitFilter& filter_;
+  [[no_unique_address]] Hits hits_;
   Queue at_node_, at_leaf_;
   alignas(64) Offsets done_, free_;
   uint32_t done_count_ = 0, free_count_ = 0;
