@@ -141,18 +141,26 @@ nb::tuple all_hits(const TracedScene& scene, const Array& origins, const Array& 
   NewColumn<float> t(count), u(count), v(count);
   NewColumn<int32_t> triangle(count), mesh(count), instance(count);
   NewColumn<bool> front(count);
-  for (size_t r = 0; r < rays.count; ++r)
-    for (size_t i = lists.first[r]; i < lists.first[r + 1]; ++i) ray.data[i] = static_cast<int64_t>(r);
-  for (size_t r = 0; r <= rays.count; ++r) first.data[r] = static_cast<int64_t>(lists.first[r]);
-  for (size_t i = 0; i < count; ++i) {
-    const accel::Hit& hit = lists.crossings[i].hit;
-    t.data[i] = hit.t;
-    u.data[i] = hit.u;
-    v.data[i] = hit.v;
-    triangle.data[i] = static_cast<int32_t>(hit.triangle);
-    mesh.data[i] = static_cast<int32_t>(hit.mesh);
-    instance.data[i] = static_cast<int32_t>(hit.instance);
-    front.data[i] = lists.crossings[i].front;
+  const auto write = [&](size_t r) {
+    first.data[r] = static_cast<int64_t>(lists.first[r]);
+    for (size_t i = lists.first[r]; i < lists.first[r + 1]; ++i) {
+      const accel::Hit& hit = lists.crossings[i].hit;
+      ray.data[i] = static_cast<int64_t>(r);
+      t.data[i] = hit.t;
+      u.data[i] = hit.u;
+      v.data[i] = hit.v;
+      triangle.data[i] = static_cast<int32_t>(hit.triangle);
+      mesh.data[i] = static_cast<int32_t>(hit.mesh);
+      instance.data[i] = static_cast<int32_t>(hit.instance);
+      front.data[i] = lists.crossings[i].front;
+    }
+  };
+  first.data[rays.count] = static_cast<int64_t>(count);
+  {
+    const nb::gil_scoped_release release;
+    for_blocks(rays.count, threads, [&](size_t begin, size_t size) {
+      for (size_t r = begin; r < begin + size; ++r) write(r);
+    });
   }
   return nb::make_tuple(first.array, ray.array, t.array, u.array, v.array, triangle.array, mesh.array, instance.array,
                         front.array);

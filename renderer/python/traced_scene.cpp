@@ -25,14 +25,6 @@ void with_threads(int threads, const F& f) {
     tbb::task_arena(threads).execute(f);
 }
 
-template <class F>
-void for_blocks(size_t count, int threads, const F& f) {
-  with_threads(threads, [&] {
-    tbb::parallel_for(size_t{0}, (count + kBlock - 1) / kBlock,
-                      [&](size_t b) { f(b * kBlock, std::min(kBlock, count - b * kBlock)); });
-  });
-}
-
 std::string vertex_list(const Triples& faces, size_t face) {
   return "(" + std::to_string(faces.at(face, 0)) + ", " + std::to_string(faces.at(face, 1)) + ", " +
          std::to_string(faces.at(face, 2)) + ")";
@@ -121,6 +113,13 @@ void TracedScene::build(accel::Kind kind, accel::Quality quality, bool robust, i
   options.robust = robust;
   options.all_hits = true;
   with_threads(threads, [&] { accelerator_ = accel::make_accelerator(kind, input, options); });
+}
+
+void for_blocks(size_t total, int threads, const std::function<void(size_t, size_t)>& f) {
+  with_threads(threads, [&] {
+    tbb::parallel_for(size_t{0}, (total + kBlock - 1) / kBlock,
+                      [&](size_t b) { f(b * kBlock, std::min(kBlock, total - b * kBlock)); });
+  });
 }
 
 bool are_coherent(std::span<const accel::Ray> rays) {

@@ -64,6 +64,9 @@ class TracedScene {
   std::unique_ptr<accel::Accelerator> accelerator_;
 };
 
+// Calls f(first, count) for blocks of `total` rays, by so many threads; 0: all.
+void for_blocks(size_t total, int threads, const std::function<void(size_t, size_t)>& f);
+
 // Returns true if the rays begin near each other and point almost the same way, so that they are
 // traced together faster.
 [[nodiscard]] bool are_coherent(std::span<const accel::Ray> rays);
