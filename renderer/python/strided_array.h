@@ -37,7 +37,27 @@ class Floats {
   static constexpr size_t kAny = static_cast<size_t>(-1);
   [[nodiscard]] size_t rows() const { return rows_; }
 
-  [[nodiscard]] float operator[](size_t row) const { return data_ == nullptr ? constant_ : at(row, 0); }
+  // Calls put(i, x, y, z) with the rows from `first` on, i from 0 to count - 1.
+  template <class Put>
+  void for_rows3(size_t first, size_t count, const Put& put) const {
+    const auto from = [&](const auto* numbers) {
+      numbers += static_cast<int64_t>(first) * row_stride_;
+      for (size_t i = 0; i < count; ++i, numbers += row_stride_)
+        put(i, static_cast<float>(numbers[0]), static_cast<float>(numbers[column_stride_]),
+            static_cast<float>(numbers[2 * column_stride_]));
+    };
+    if (is_double_)
+      from(static_cast<const double*>(data_));
+    else
+      from(static_cast<const float*>(data_));
+  }
+  // Calls put(i, x) with single numbers, likewise.
+  template <class Put>
+  void for_numbers(size_t first, size_t count, const Put& put) const {
+    const bool any = rows_ == kAny;
+    const float constant = any ? number(0) : 0.0f;
+    for (size_t i = 0; i < count; ++i) put(i, any ? constant : number(first + i));
+  }
   [[nodiscard]] Imath::V3f row3(size_t row) const { return {at(row, 0), at(row, 1), at(row, 2)}; }
   // Returns the transpose of four rows of four: a matrix for row vectors.
   [[nodiscard]] Imath::M44f matrix() const {
@@ -49,6 +69,7 @@ class Floats {
   }
 
  private:
+  [[nodiscard]] float number(size_t row) const { return data_ == nullptr ? constant_ : at(row, 0); }
   [[nodiscard]] float at(size_t row, size_t column) const {
     const auto offset = static_cast<int64_t>(row) * row_stride_ + static_cast<int64_t>(column) * column_stride_;
     return is_double_ ? static_cast<float>(static_cast<const double*>(data_)[offset])

@@ -48,13 +48,12 @@ size_t common_rows(std::initializer_list<std::pair<const char*, size_t>> arrays)
 
 } // namespace
 
-accel::Ray RayArrays::operator[](size_t i) const {
-  accel::Ray ray;
-  ray.origin = origins.row3(i);
-  ray.direction = directions.row3(i);
-  ray.t_min = t_min[i];
-  ray.t_max = t_max[i];
-  return ray;
+void RayArrays::pack(size_t first, std::span<accel::Ray> packed) const {
+  const size_t size = packed.size();
+  origins.for_rows3(first, size, [&](size_t i, float x, float y, float z) { packed[i].origin = {x, y, z}; });
+  directions.for_rows3(first, size, [&](size_t i, float x, float y, float z) { packed[i].direction = {x, y, z}; });
+  t_min.for_numbers(first, size, [&](size_t i, float t) { packed[i].t_min = t; });
+  t_max.for_numbers(first, size, [&](size_t i, float t) { packed[i].t_max = t; });
 }
 
 RayArrays ray_arrays(const Array& origins, const Array& directions, const Array& t_min, const Array& t_max) {
@@ -137,7 +136,7 @@ void TracedScene::intersect(const RayArrays& rays, int threads,
   for_blocks(rays.count, threads, [&](size_t first, size_t count) {
     std::array<accel::Ray, kBlock> packed;
     std::array<accel::Hit, kBlock> hits;
-    for (size_t i = 0; i < count; ++i) packed[i] = rays[first + i];
+    rays.pack(first, std::span(packed).first(count));
     const std::span<const accel::Ray> block(packed.data(), count);
     // The kd-tree's two queries give the same bits; Embree's coherent query rounds differently.
     if (kind_ == accel::Kind::kdtree && are_coherent(block.first(std::min(count, kCoherent)))) {
@@ -155,7 +154,7 @@ void TracedScene::intersect(const RayArrays& rays, int threads,
 void TracedScene::occluded(const RayArrays& rays, int threads, uint8_t* blocked) const {
   for_blocks(rays.count, threads, [&](size_t first, size_t count) {
     std::array<accel::Ray, kBlock> packed;
-    for (size_t i = 0; i < count; ++i) packed[i] = rays[first + i];
+    rays.pack(first, std::span(packed).first(count));
     accelerator_->occluded(std::span<const accel::Ray>(packed).first(count), std::span(blocked + first, count));
   });
 }
@@ -163,9 +162,8 @@ void TracedScene::occluded(const RayArrays& rays, int threads, uint8_t* blocked)
 accel::CrossingLists TracedScene::all_hits(const RayArrays& rays, size_t limit, int threads) const {
   accel::CrossingLists lists;
   std::vector<accel::Ray> packed(rays.count);
-  for_blocks(rays.count, threads, [&](size_t first, size_t count) {
-    for (size_t i = first; i < first + count; ++i) packed[i] = rays[i];
-  });
+  for_blocks(rays.count, threads,
+             [&](size_t first, size_t count) { rays.pack(first, std::span(packed).subspan(first, count)); });
   with_threads(threads, [&] { (void)accel::all_hits(*accelerator_, packed, limit, lists); }); // built with all_hits
   return lists;
 }

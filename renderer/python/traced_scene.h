@@ -20,7 +20,8 @@ struct RayArrays {
   Floats origins, directions, t_min, t_max;
   size_t count = 0;
 
-  [[nodiscard]] accel::Ray operator[](size_t i) const;
+  // Sets `packed` to the rays from `first` on.
+  void pack(size_t first, std::span<accel::Ray> packed) const;
 };
 
 // Returns the rays. Raises ValueError if the numbers of rows differ.
