@@ -63,6 +63,7 @@ TEST_F(ShootoutFiles, NumpyRaysAreRaced) {
   const ProgramResult result = race({"--rays", "a.npz", "--json", "a.json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out.find("0 disagreements"), std::string::npos);
+  EXPECT_NE(result.out.find("nearest hit of other rays"), std::string::npos); // they are no bounces
   const Json rays = rays_of("a.json");
   ASSERT_EQ(rays.size(), 2U);
   EXPECT_EQ(rays[0]["name"], "nearest");
