@@ -99,3 +99,11 @@ def test_no_hits_and_limits():
     assert len(ray.intersects_id([[0.1, 0.2, 9]], [[0, 0, -1]], max_hits=1)[0]) == 1
     with pytest.raises(ValueError, match=r"don't match! ray_origins has shape \(1, 3\), ray_directions \(2, 3\)"):
         ray.intersects_first([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]])
+
+
+def test_locations_on_triangles_seen_edge_on():
+    sliver = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [0, 1, 2e-7]], [[0, 1, 2]], process=False)  # a slope of 1e-7
+    origins, directions = [[0, -3, 5e-8], [0.1, 0, 1]], [[0, 1, 0], [0, 0, -1]]
+    locations, index_ray, _ = RayMeshIntersector(sliver).intersects_location(origins, directions)
+    np.testing.assert_array_equal(index_ray, [0, 1])
+    np.testing.assert_allclose(locations, [[0, -0.5, 5e-8], [0.1, 0, 1e-7]], atol=1e-5)

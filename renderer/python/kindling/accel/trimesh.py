@@ -73,7 +73,8 @@ class RayMeshIntersector:
     def _rounding(self, origins: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 1) length by which rays begin earlier: a few units in the last place of float32, in the scene's coordinates."""
         extent = float(np.ptp(self.mesh.bounds)) * self._scene[2]
-        reach: NDArray[np.float64] = np.abs(origins).max(axis=1, keepdims=True, initial=0.0) + extent
+        x, y, z = np.abs(origins).T  # max(axis=1) takes several times as long
+        reach: NDArray[np.float64] = np.maximum(np.maximum(x, y), z)[:, None] + extent
         return reach * 2.0**-22
 
     def intersects_id(
@@ -114,11 +115,12 @@ class RayMeshIntersector:
         normals = self.mesh.face_normals[index_tri]
         corners = self.mesh.triangles[index_tri, 0]
         cosines = np.einsum("ij,ij->i", normals, directions)
-        in_scene = (origins - self._scene[1]) * self._scene[2]
-        found = (t - self._rounding(in_scene)[:, 0]) / self._scene[2]
-        steep = np.abs(cosines) > 1e-6  # else the distance in single precision is the better one
         heights = np.einsum("ij,ij->i", normals, corners - origins)
-        distances = np.where(steep, heights / np.where(steep, cosines, 1.0), found)
+        flat = np.abs(cosines) <= 1e-6  # there the distance in single precision is the better one
+        distances = heights / np.where(flat, 1.0, cosines)
+        if flat.any():
+            in_scene = (origins[flat] - self._scene[1]) * self._scene[2]
+            distances[flat] = (t[flat] - self._rounding(in_scene)[:, 0]) / self._scene[2]
         locations: NDArray[np.float64] = origins + directions * distances[:, None]
         return locations
 
