@@ -34,8 +34,8 @@ folder=$(cd "${1:-$root/build/python}" && pwd)
 rm -rf "$folder/venv" "$folder/dist" "$folder/trimesh"
 "${2:-python3}" -m venv "$folder/venv"
 bin=$folder/venv/bin
-"$bin/pip" -q wheel "$root/renderer/python" --no-deps -w "$folder/dist" -C cmake.define.KINDLING_ONLY_ACCEL=$only_accel \
-  -C build-dir="$folder/build_$only_accel" # kept, for the next time
+"$bin/pip" -q wheel "$root/renderer/python" --no-deps -w "$folder/dist" --config-settings cmake.define.KINDLING_ONLY_ACCEL=$only_accel \
+  --config-settings build-dir="$folder/build_$only_accel" # kept, for the next time
 "$bin/pip" -q install "$folder"/dist/kindling-*.whl
 "$bin/pip" -q install pytest mypy trimesh embreex scipy rtree networkx shapely manifold3d matplotlib nbclient ipykernel
 # trimesh's tests come with its source.
