@@ -26,6 +26,7 @@ class Aperture {
   [[nodiscard]] bool contains(const V2f& point_m, const V2f& field) const;
   // Returns the radius of a circle of the same vertical extent, before the anamorphic ratio.
   [[nodiscard]] float radius() const { return radius_; }
+  [[nodiscard]] bool has_cats_eye() const { return cats_eye_ > 0.0f; } // sample() depends on the field
   [[nodiscard]] float width_over_height() const { return width_over_height_; }
 
  private:

@@ -66,6 +66,7 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("lobe colors", film.colors_, 1);
   visit_if_present("nearest", film.nearest_, 1);
   visit_if_present("shadow catcher", film.catchers_, 1);
+  visit_if_present("splats", film.splats_, 1);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -96,6 +97,7 @@ Film Film::cut(const PixelRect& crop) const {
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
   part.split_by_light_groups(light_groups_);
+  if (!splats_.empty()) part.enable_splats();
   const std::vector<ConstPlane> from = planes();
   const std::vector<Plane> to = part.planes();
   tbb::parallel_for(crop.min.y, crop.max.y, [&](int y) {
@@ -107,6 +109,8 @@ Film Film::cut(const PixelRect& crop) const {
     for (int x = crop.min.x; x < crop.max.x && !mattes_.empty(); ++x)
       part.mattes_.add(part.index_of({x, y}), mattes_, index_of({x, y}));
   });
+  // Paths of samples outside of the crop have reached pixels inside of it.
+  if (!part.splats_.empty()) part.splats_[0].paths += static_cast<uint64_t>(light_paths() - part.light_paths());
   return part;
 }
 
@@ -135,6 +139,7 @@ void Film::add(const Film& part) {
   add_rows(colors_, part.colors_);
   add_rows(nearest_, part.nearest_);
   add_rows(catchers_, part.catchers_);
+  add_rows(splats_, part.splats_);
   if (mattes_.empty()) return;
   tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
     for (int x = part.crop_.min.x; x < part.crop_.max.x; ++x)
@@ -222,7 +227,7 @@ bool Film::resolve_surface(Aov aov, size_t index, double by, float* out) const {
   }
 }
 
-void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
+void Film::resolve_pixel(Aov aov, size_t index, double light_paths, float* out) const {
   const PixelSum& sum = sums_[index];
   if (sum.samples == 0) return;
   const double by = divisor(sum.weight.value(), sum.samples);
@@ -234,6 +239,9 @@ void Film::resolve_pixel(Aov aov, size_t index, float* out) const {
         return;
       }
     store_mean(sum.rgb, by, out);
+    if (light_paths > 0.0)
+      for (int c = 0; c < 3; ++c)
+        out[c] = static_cast<float>(sum.rgb[c].value() / by + splats_[index].rgb[c].value() / light_paths);
     return;
   // Negative lobes of the filter can move means at edges out of [0, 1].
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(opacity(index) / by, 0.0, 1.0)); return;
@@ -306,8 +314,9 @@ void Film::resolve_light(Aov aov, size_t index, float* out) const {
 std::vector<float> Film::resolve(Aov aov) const {
   const auto channels = static_cast<size_t>(aov_info(aov).channels);
   std::vector<float> values(sums_.size() * channels, 0.0f);
+  const double paths = light_paths();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t i = range.begin(); i != range.end(); ++i) resolve_pixel(aov, i, values.data() + i * channels);
+    for (size_t i = range.begin(); i != range.end(); ++i) resolve_pixel(aov, i, paths, values.data() + i * channels);
   });
   return values;
 }
@@ -328,10 +337,11 @@ std::vector<float> Film::resolve_light_group(size_t group) const {
 
 std::vector<float> Film::resolve_rgba() const {
   std::vector<float> values(sums_.size() * 4, 0.0f);
+  const double paths = light_paths();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
-      resolve_pixel(Aov::beauty, i, values.data() + i * 4);
-      resolve_pixel(Aov::alpha, i, values.data() + i * 4 + 3);
+      resolve_pixel(Aov::beauty, i, paths, values.data() + i * 4);
+      resolve_pixel(Aov::alpha, i, paths, values.data() + i * 4 + 3);
     }
   });
   return values;
@@ -340,11 +350,12 @@ std::vector<float> Film::resolve_rgba() const {
 std::vector<float> Film::resolve_rgba(const PixelRect& rect) const {
   assert(contains(crop_, rect));
   std::vector<float> values(static_cast<size_t>(rect.pixel_count()) * 4, 0.0f);
+  const double paths = light_paths();
   float* out = values.data();
   for (int y = rect.min.y; y < rect.max.y; ++y)
     for (int x = rect.min.x; x < rect.max.x; ++x, out += 4) {
-      resolve_pixel(Aov::beauty, index_of({x, y}), out);
-      resolve_pixel(Aov::alpha, index_of({x, y}), out + 3);
+      resolve_pixel(Aov::beauty, index_of({x, y}), paths, out);
+      resolve_pixel(Aov::alpha, index_of({x, y}), paths, out + 3);
     }
   return values;
 }

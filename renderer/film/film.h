@@ -18,6 +18,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,6 +39,8 @@ struct PixelRect {
   [[nodiscard]] bool empty() const { return width() <= 0 || height() <= 0; }
   bool operator==(const PixelRect&) const = default;
 };
+
+struct SplatLocks;
 
 // Sums of samples for each pixel of a crop window. A mean is sum(weight * value) / sum(weight); if
 // the sum of weights is not positive (few samples under negative lobes), the number of samples
@@ -96,6 +99,17 @@ class Film {
   // sample without alpha. Does nothing without Aov::shadow_catcher.
   void add_caught(const V2i& pixel, const CaughtLight& light, float weight) {
     if (!catchers_.empty()) catchers_[index_of(pixel)].add(light, weight);
+  }
+  // Enables add_splat(). Must be called before the first add().
+  void enable_splats();
+  [[nodiscard]] bool has_splats() const { return !splats_.empty(); }
+  // Adds what a light path contributes to a pixel, which must be inside of crop(). Thread-safe
+  // among calls of this function.
+  void add_splat(const V2i& pixel, const Rgb& radiance);
+  // Counts light paths that belong to samples of `pixel`; they need not have added anything. The
+  // beauty contains the sum of all splats at a pixel over the number of paths of the whole film.
+  void add_light_paths(const V2i& pixel, uint64_t count) {
+    if (!splats_.empty()) splats_[index_of(pixel)].paths += count;
   }
   // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
   // pixel, rows from the top, in the arrays that this film has. Mattes, nearest samples and shadow
@@ -177,7 +191,8 @@ class Film {
   }
 
   [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
-  void resolve_pixel(Aov aov, size_t index, float* out) const;
+  void resolve_pixel(Aov aov, size_t index, double light_paths, float* out) const;
+  [[nodiscard]] double light_paths() const; // of all pixels
   [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
   void resolve_light(Aov aov, size_t index, float* out) const; // light passes and colors of lobes
   [[nodiscard]] double opacity(size_t index) const;
@@ -203,9 +218,11 @@ class Film {
   static constexpr uint8_t kNotStored = 0xff;
   std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
   size_t pass_count_ = 0;
-  ZeroedArray<NearestSample> nearest_; // only if AovSet::needs_nearest()
-  ZeroedArray<CatcherSum> catchers_;   // only with Aov::shadow_catcher
-  MatteSums mattes_;                   // only with AovSet::has_mattes()
+  ZeroedArray<NearestSample> nearest_;      // only if AovSet::needs_nearest()
+  ZeroedArray<CatcherSum> catchers_;        // only with Aov::shadow_catcher
+  ZeroedArray<SplatSum> splats_;            // only with enable_splats()
+  std::shared_ptr<SplatLocks> splat_locks_; // copies of a film may share them
+  MatteSums mattes_;                        // only with AovSet::has_mattes()
 };
 
 } // namespace kindling

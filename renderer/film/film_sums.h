@@ -40,6 +40,19 @@ struct PixelSum {
 };
 static_assert(sizeof(PixelSum) == 72);
 
+// Light of light paths (renderer/integrator) that reached a pixel, whichever pixel's samples they
+// belong to.
+struct SplatSum {
+  FilmSum rgb[3];     // radiance, not yet divided by the number of paths
+  uint64_t paths = 0; // that count for the whole film, in any distribution among its pixels
+
+  void add(const SplatSum& other) {
+    for (int c = 0; c < 3; ++c) rgb[c].add(other.rgb[c]);
+    paths += other.paths;
+  }
+};
+static_assert(sizeof(SplatSum) == 56);
+
 // Moments of a weighted value y, for the variance of the ratio sum(w y) / sum(w).
 struct MomentSum {
   FilmSum w2;

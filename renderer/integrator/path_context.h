@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/light_paths.h"
 #include "renderer/integrator/shade_group.h"
 #include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -42,6 +43,7 @@ class PathContext final : public ThreadContext {
   std::unique_ptr<SplitLight> split_light; // null: neither light groups nor passes
   std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
+  LightPathContext light_paths;
   ShadeGroup group;
 };
 

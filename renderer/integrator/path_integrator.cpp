@@ -37,6 +37,13 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     unshaded_->accelerator_ = &catchers_->unshaded();
     unshaded_->light_groups_ = {};
   }
+  if (settings.light_paths > 0.0f) {
+    light_paths_ = std::make_unique<LightPaths>(settings, world, camera, filter_, sampler.seed());
+    if (light_paths_->useful())
+      stages_.light_paths = light_paths_.get();
+    else
+      light_paths_.reset();
+  }
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
@@ -67,8 +74,11 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
     trace_camera_rays(block, batch, context);
     follow(context);
     if (unshaded_) follow_caught(block, batch, context);
+    const bool from_lights = light_paths_ && film.has_splats(); // neither training nor a replay
+    if (from_lights) light_paths_->trace(stages_, block, batch, context.light_paths, context.counters);
     if (world_.abandoned()) return done;
     finish_batch(path_count, context, film);
+    if (from_lights) light_paths_->add_to(block, context.light_paths, film);
   }
   return samples.count();
 }

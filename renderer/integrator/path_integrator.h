@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/light_paths.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/world/light_groups.h"
@@ -63,6 +64,7 @@ class PathIntegrator final : public Integrator {
   AovSet aovs_;
   LightGroups light_groups_; // none: not split by them
   FirstHits first_hits_;
+  std::unique_ptr<LightPaths> light_paths_;  // null: none are traced
   const ShadowCatchers* catchers_ = nullptr; // only with Aov::shadow_catcher
   std::unique_ptr<PathIntegrator> unshaded_; // of the scene without what shades them
 };

@@ -123,6 +123,14 @@ float PixelFilter::pdf_axis(float x) const {
   return 0.5f * lerp(density_[cell], density_[cell + 1], t - static_cast<float>(cell)) / radius_;
 }
 
+float PixelFilter::value(const V2f& offset) const {
+  const auto axis = [&](float x) {
+    const bool negative = std::abs(x) >= negative_from_ * radius_;
+    return negative ? -axis_weight_ * pdf_axis(x) : axis_weight_ * pdf_axis(x);
+  };
+  return axis(offset.x) * axis(offset.y);
+}
+
 PixelFilter::Sample PixelFilter::sample(const V2f& u) const {
   const AxisSample x = sample_axis(u.x);
   const AxisSample y = sample_axis(u.y);

@@ -51,6 +51,9 @@ class PixelFilter {
   // Returns the density of an offset, per square pixel; 0 outside of the filter.
   [[nodiscard]] float pdf(const V2f& offset) const { return pdf_axis(offset.x) * pdf_axis(offset.y); }
 
+  // Returns the filter at an offset, per square pixel; its integral is 1.
+  [[nodiscard]] float value(const V2f& offset) const;
+
   [[nodiscard]] FilterKind kind() const { return kind_; }
   [[nodiscard]] float width() const { return 2.0f * radius_; }
 

@@ -47,6 +47,7 @@ class Sampler {
         strata_(kind == SamplerKind::jittered ? jittered::strata_for(samples_per_pixel) : jittered::Strata{}) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
+  [[nodiscard]] uint32_t seed() const { return seed_; }
   // Returns the planned number of samples, rounded up to a power of two.
   [[nodiscard]] double samples_per_pixel() const { return static_cast<double>(uint64_t{1} << log2_samples_); }
   // Returns the address of a sample of a pixel.

@@ -23,8 +23,7 @@ constexpr int kMaxSide = 1 << 20;                 // of an image, pixels
 constexpr int kMaxJsonDepth = 64;                 // of texts in the header that are JSON; their readers recurse
 constexpr uint64_t kMinCoverageBytes = 64U << 20; // lower bound of max_coverage_bytes()
 
-// Thrown and caught within this file.
-struct Unsound : std::runtime_error {
+struct Unsound : std::runtime_error { // thrown and caught within this file
   using std::runtime_error::runtime_error;
 };
 [[noreturn]] void unsound(std::string_view key, std::string_view wanted) {
@@ -277,6 +276,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   }
   if (json.contains("mattes")) read_mattes(json["mattes"], header);
   header.trims_outliers = flag(json, "trims_outliers");
+  header.has_splats = json.contains("splats") && flag(json, "splats");
   if (json.contains("light_groups")) header.light_groups = light_groups_from_json(list(json, "light_groups"));
   header.adaptive = flag(json, "adaptive");
   const Json& coverage = member(json, "coverage");
@@ -315,9 +315,9 @@ uint64_t max_coverage_bytes(std::span<const StoredPlane> planes) {
 
 std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const PixelRect& area) {
   const auto pixels = area.empty() ? 0 : static_cast<size_t>(area.pixel_count());
-  // The planes do not depend on the size, so one pixel will do.
-  Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs);
+  Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs); // planes do not depend on the size
   if (header.trims_outliers) film.trim_outliers();
+  if (header.has_splats) film.enable_splats();
   film.split_by_light_groups(header.light_groups);
   std::vector<StoredPlane> planes;
   for (const Film::Plane& plane : film.planes())
@@ -366,6 +366,7 @@ std::string header_to_json(const AccumulationHeader& header) {
     json["mattes"] = {{"of", mattes}, {"terms", header.matte_terms}};
   }
   json["trims_outliers"] = header.trims_outliers;
+  if (header.has_splats) json["splats"] = true;
   for (const std::string& name : header.light_groups) json["light_groups"].push_back(text_to_json(name));
   json["adaptive"] = header.adaptive;
   json["coverage"] = {{"area", rect_to_json(area)}, {"runs", runs_to_json(header.summary.coverage)}};

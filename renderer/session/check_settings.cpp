@@ -73,6 +73,35 @@ Result<void> check_catchers(const RenderSettings& settings) {
   return {};
 }
 
+// What light paths cannot do. Each pixel's light comes from all samples of the image.
+Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera) {
+  const IntegratorSettings& integrator = settings.integrator;
+  if (integrator.light_paths == 0.0f) return {};
+  if (!(integrator.light_paths > 0.0f && integrator.light_paths <= 1.0f))
+    return refuse("light paths " + std::to_string(integrator.light_paths) + ": a fraction from 0 to 1 is needed");
+  const auto not_with = [](const std::string& what) { return refuse("--light-paths: not " + what); };
+  if (needs_device(settings.device))
+    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
+  if (integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
+  if (integrator.clamp_direct < kInfinity || integrator.clamp_indirect < kInfinity)
+    return not_with("with --clamp-direct or --clamp-indirect, which bound the samples of a pixel");
+  if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
+  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  for (const AovInfo& info : kAovs)
+    if (settings.aovs.contains(info.aov) &&
+        (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
+      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
+  if (settings.region)
+    return not_with("in parts of the image, which would lack each other's light; divide the samples");
+  if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
+  if (camera.shutter_open()) return not_with("with motion blur");
+  if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
+  return {};
+}
+
 Result<void> check_motion(const RenderSettings& settings, const Camera& camera) {
   if (!settings.aovs.needs_motion()) return {};
   const std::string flag = settings.aovs.contains(Aov::vector) ? "--aov vector" : "--aov motion";
@@ -142,6 +171,7 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
        {check_pixels, check_samples, check_adaptive, check_split_light, check_catchers, check_first_hits})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
+  if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||

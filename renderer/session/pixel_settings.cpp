@@ -174,6 +174,7 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--clamp-direct"] = json_number(s.clamp_direct);
   j["--clamp-indirect"] = json_number(s.clamp_indirect);
   j["--caustics"] = caustics_name(s.caustics);
+  j["--light-paths"] = json_number(s.light_paths);
   j["--guiding"] = guiding_name(o.guiding);
   j["--training-paths"] = json_number(o.training_paths);
   j["--light-groups"] = light_grouping_name(s.light_groups);

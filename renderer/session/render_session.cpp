@@ -26,6 +26,7 @@ RenderState empty_state(const RenderSettings& settings, std::vector<std::string>
   const PixelRect area = rendered_pixels(settings);
   RenderState state{Film(settings.size_px, area, settings.aovs), Coverage(area), {}, {}};
   if (settings.outliers == Outliers::trim) state.film.trim_outliers();
+  if (settings.integrator.light_paths > 0.0f) state.film.enable_splats();
   state.film.split_by_light_groups(std::move(light_groups));
   return state;
 }

@@ -18,6 +18,7 @@ Images render_images(const World& world, const Camera& camera, RenderSettings se
         make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide);
     const auto context = integrator->make_context();
     Film film(camera.size_px(), whole, settings.aovs);
+    if (settings.integrator.light_paths > 0.0f) film.enable_splats();
     for (int y = 0; y < whole.max.y; y += kBlockSize)
       for (int x = 0; x < whole.max.x; x += kBlockSize)
         integrator->render_block(PixelRect{V2i(x, y), V2i(x + kBlockSize, y + kBlockSize)},

@@ -187,6 +187,7 @@ TestScene metal_under_sun() {
   test.traced_bounces = {0, 1};
   test.aims = {AimCone{V3f(s * std::cos(phi), s, s * std::sin(phi)), 0.022f}};
   test.samples = 7;
+  test.casters = true;
   test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
   return test;
 }
@@ -380,21 +381,6 @@ TestScene interior() {
   test.samples = 13;
   test.bias = [](IntegratorSettings& settings) { settings.clamp_direct = 1.2f; };
   return test;
-}
-
-std::span<const NamedScene> all_scenes() {
-  static constexpr NamedScene kScenes[] = {{"hall_of_lamps", hall_of_lamps},
-                                           {"room_with_window", room_with_window},
-                                           {"metal_under_sun", metal_under_sun},
-                                           {"textured_emitters", textured_emitters},
-                                           {"veils", veils},
-                                           {"kinds_of_lights", kinds_of_lights},
-                                           {"sized_lights", sized_lights},
-                                           {"layered_materials", layered_materials},
-                                           {"cornell_box", cornell_box},
-                                           {"material_grid", material_grid},
-                                           {"interior", interior}};
-  return kScenes;
 }
 
 } // namespace kindling::test

@@ -30,6 +30,7 @@ struct TestScene {
   int max_bounces = 1;
 
   uint32_t samples = 4; // per pixel and seed
+  bool casters = false; // has surfaces that light paths aim at
 
   // Bounce limits for comparisons with the plain tracer; none if it cannot find the lights.
   std::vector<int> traced_bounces;
@@ -56,6 +57,7 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene kinds_of_lights();   // rectangles, point, spot and directional lights
 [[nodiscard]] TestScene sized_lights();      // a sphere, a spot and a disc in the sky
 [[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and thin walls before a sky and a lamp
+[[nodiscard]] TestScene caustics();          // glass and metal under a lamp, a sphere and a sun
 [[nodiscard]] TestScene cornell_box();
 [[nodiscard]] TestScene material_grid();
 [[nodiscard]] TestScene interior();

@@ -15,6 +15,7 @@ struct Strategy {
   bool same_numbers = false; // uses the random numbers of the base, which reduces the noise of the difference
   uint32_t seeds = 48;       // number of images
   bool guided = false;       // by a guide trained on the scene
+  bool for_casters = false;  // traces light paths, for scenes with casters alone
 };
 
 // Returns the settings of the reference strategy: Sobol points, which have little noise, no
@@ -38,6 +39,10 @@ inline constexpr std::array kStrategies{
              accel::Kind::embree, true, 32},
     Strategy{"kd-tree", [](RenderSettings&) {}, accel::Kind::kdtree, true, 16},
     Strategy{"guiding", [](RenderSettings&) {}, accel::Kind::embree, false, 48, true},
+    Strategy{"light paths", [](RenderSettings& s) { s.integrator.light_paths = 1.0f; }, accel::Kind::kdtree, false, 48,
+             false, true},
+    Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
+             false, 48, true},
     Strategy{"all together",
              [](RenderSettings& s) {
                s.sampler = SamplerKind::blue_noise;
@@ -45,5 +50,12 @@ inline constexpr std::array kStrategies{
              },
              accel::Kind::kdtree, false, 48, true},
 };
+
+// The number of strategies for a scene with or without casters.
+[[nodiscard]] constexpr size_t strategy_count(bool casters) {
+  size_t count = 0;
+  for (const Strategy& strategy : kStrategies) count += casters || !strategy.for_casters ? 1 : 0;
+  return count;
+}
 
 } // namespace kindling::test

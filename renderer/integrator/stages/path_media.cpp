@@ -44,7 +44,10 @@ PathStages::LayersHere PathStages::resolve_layers(SurfacePoint& surface, const F
 }
 
 void PathStages::pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media) {
-  if (!state.in_medium) media.clear();
+  if (!state.in_medium)
+    media.clear();
+  else if (surface.layers.entering)
+    state.light_path_scale = 0.0f; // light paths know one medium at a time
   if (surface.layers.entering)
     media.enter(surface.material);
   else

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/stages/guided_scattering.h"
+#include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/integrator/stages/path_state.h"
 #include "renderer/sampling/bounce_draws.h"
 #include "renderer/world/world_view.h"
@@ -148,6 +150,18 @@ struct PathStages {
   // reflect in turn, within all limits.
   [[nodiscard]] bool count_bounce(Lobe lobe, float pdf, PathState& state) const;
 
+  // Light paths (light_path_weights.cpp), only if joins_light_paths().
+  [[nodiscard]] bool joins_light_paths() const { return !KINDLING_ON_GPU && light_paths != nullptr; }
+  // Returns PathState::light_path_scale of a path that is scattered at the vertex.
+  [[nodiscard]] float light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathState& state) const;
+  // Return the weights of a light sample, of an emitter that was hit, and of the environment.
+  [[nodiscard]] float light_path_weight(const Vertex& vertex, const LightSample& light, float side,
+                                        const PathState& state) const;
+  [[nodiscard]] float emission_weight(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const;
+  [[nodiscard]] float environment_weight(const accel::Ray& ray, const EnvironmentView::Location& at,
+                                         const PathState& state) const;
+  void add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
+
   // Layers and media (path_media.cpp).
   //
   // Completes the surface's layers with what depends on the path: indices of refraction and
@@ -180,6 +194,7 @@ struct PathStages {
   const CameraView* camera = nullptr;
   const BrightPatches* patches = nullptr;                      // null: directions are not guided
   const LightSelectionTreeView* light_probabilities = nullptr; // null: not learned
+  const LightPathView* light_paths = nullptr;                  // null: none are traced
 };
 
 // Returns the key that stochastic transparency hashes for a ray. It differs for every bounce.

@@ -40,6 +40,9 @@ struct PathState {
   uint8_t transparent_surfaces = 0; // passed since the last reflection
   WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
   bool in_medium = false;           // PathContext::media of the slot is valid and not empty
+  // LightPathView::ratio_scale() at the first surface while light paths find what this path finds:
+  // negative on the way to the first caster, positive behind it; else 0.
+  float light_path_scale = 0.0f;
 
   // Returns the sampler's dimension for `relative`, a dimension relative to the bounce
   // (camera_stage.h).
@@ -49,7 +52,7 @@ struct PathState {
   // Returns the LightClass of light found by a ray after that many reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 120);
+static_assert(sizeof(PathState) == 128);
 
 // Density from which on a reflection is narrow, per steradian: lobes of about ten degrees.
 inline constexpr float kNarrowDensity = 30.0f;

@@ -36,6 +36,10 @@ ShapeRay PathStages::shape_ray(const accel::Ray& ray, const accel::Hit& hit, con
 void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
   PathState& state = path.state;
   if (state.bounce == 0) return;
+  if (joins_light_paths() && state.light_path_scale > 0.0f) {
+    add_shapes_beside_light_paths(ray, hit, path);
+    return;
+  }
   const Rgb radiance = world->lights.shape_radiance(shape_ray(ray, hit, path));
   if (!is_black(radiance)) state.light[state.light_class(state.bounce)] += state.throughput * radiance;
 }
@@ -58,6 +62,7 @@ Rgb PathStages::light_of_emission(const accel::Ray& ray, const SurfacePoint& sur
                                                                    state.previous_normal, ray.direction, distance,
                                                                    state.light_probabilities, ray.time));
   }
+  if (joins_light_paths()) weight *= emission_weight(ray, surface, state);
   return state.throughput * surface.emitted * (surface.alpha * weight);
 }
 

@@ -75,6 +75,7 @@ template <typename Sink>
   }
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
+  if (joins_light_paths()) path.state.light_path_scale = light_path_scale(ray, vertex, state);
   if (reflects) sample_bounce(vertex, path, sink);
 }
 
@@ -99,6 +100,7 @@ inline void PathStages::light_vertex(const Vertex& vertex, const PathInFlight& p
   const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, path);
+  if (joins_light_paths()) contribution *= light_path_weight(vertex, *light, side, state);
   accel::Ray ray = make_shadow_ray(surface, *light, ray_key(path.sample, state.dimension(kLightDimension)),
                                    path.sample.address.index, vertex.time);
   ray.flags = kPassThinWalls;
@@ -158,6 +160,7 @@ template <typename Sink>
 inline void PathStages::continue_through(const accel::Ray& ray, const SurfacePoint& surface, const PathInFlight& path,
                                          Sink& sink) {
   if (++path.state.transparent_surfaces > kMaxTransparentSurfaces) return;
+  if (!surface.has_thin_wall()) path.state.light_path_scale = 0.0f;
   accel::Ray behind = ray;
   behind.origin = offset_ray_origin(surface, ray.direction);
   sink.extend(path, behind);
@@ -190,6 +193,7 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
   } else {
     radiance = world->lights.environment_radiance(at);
   }
+  if (joins_light_paths()) radiance *= environment_weight(ray, at, state);
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   if constexpr (Sink::kSplits) sink.split_environment(path, state.throughput * radiance);
   sink.escaped_event(ray, state);

@@ -38,6 +38,7 @@ inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, con
   }
 
   const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
+  state.light_path_scale = 0.0f;
   const SampleAddress& address = path.sample.address;
   const uint32_t key = hash_combine(address.key, kWalkKey + state.scatter_events);
   const float total = sum(state.throughput);

@@ -1,0 +1,77 @@
+// Choice of caster materials by their factors, and spheres around their meshes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/casters.h"
+
+#include <algorithm>
+#include <span>
+
+namespace kindling {
+
+namespace {
+
+bool is_caster(const WorldView& world, const ShadingMaterial& material) {
+  if (material.unlit || material.alpha_mode == AlphaMode::blend) return false;
+  if (material.roughness_factor > kMaxCasterRoughness) return false;
+  if (material.layers == kNone)
+    return material.metallic_factor >= 0.9f && !material.metallic_roughness.present() && !material.specular_glossiness;
+  const LayerMaterial& layers = world.layer_materials[static_cast<size_t>(material.layers)];
+  if (layers.clearcoat_factor > 0.0f || max_component(layers.sheen_color_factor) > 0.0f) return false;
+  if (layers.volume) {
+    const Medium& inside = world.media[static_cast<size_t>(material.layers)];
+    return layers.transmission_factor >= 0.5f && is_black(inside.scattering) && inside.dispersion == 0.0f;
+  }
+  return layers.transmission_factor == 0.0f && layers.diffuse_transmission_factor == 0.0f &&
+         material.metallic_factor >= 0.9f && !material.metallic_roughness.present();
+}
+
+// Divides boxes at the middle of their longest extent until each group has one sphere.
+void add_spheres(std::span<Box3f> boxes, size_t count, std::vector<EmissionTarget>& targets) {
+  if (boxes.empty()) return;
+  Box3f all, centers;
+  for (const Box3f& box : boxes) {
+    all.extendBy(box);
+    centers.extendBy(box.center());
+  }
+  const V3f extent = centers.max - centers.min;
+  if (count <= 1 || boxes.size() == 1 || !(max_component(extent) > 0.0f)) {
+    targets.push_back({all.center(), std::max(0.5f * (all.max - all.min).length(), 1e-6f)});
+    return;
+  }
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const auto middle = boxes.begin() + static_cast<ptrdiff_t>(boxes.size() / 2);
+  std::nth_element(boxes.begin(), middle, boxes.end(),
+                   [axis](const Box3f& a, const Box3f& b) { return a.center()[axis] < b.center()[axis]; });
+  const auto first = static_cast<size_t>(middle - boxes.begin());
+  add_spheres(boxes.first(first), count / 2, targets);
+  add_spheres(boxes.subspan(first), count - count / 2, targets);
+}
+
+} // namespace
+
+std::vector<uint8_t> find_caster_materials(const WorldView& world) {
+  std::vector<uint8_t> casters;
+  for (const ShadingMaterial& material : world.materials) casters.push_back(is_caster(world, material) ? 1 : 0);
+  return casters;
+}
+
+std::vector<EmissionTarget> find_targets(const World& world, const std::vector<uint8_t>& casters) {
+  const accel::BuildInput input = world.accelerator_input();
+  std::vector<Box3f> boxes;
+  for (size_t i = 0; i < input.instances.size(); ++i) {
+    const accel::Instance& instance = input.instances[i];
+    const accel::MeshGroup& group = input.groups[instance.group];
+    for (uint32_t mesh = group.first_mesh; mesh < group.first_mesh + group.mesh_count; ++mesh) {
+      const GeometryView& geometry = world.geometries[mesh];
+      if (casters[geometry.material] == 0) continue;
+      Box3f box;
+      for (const uint32_t vertex : geometry.indices)
+        box.extendBy(transform_point(instance.object_to_world, geometry.positions[vertex]));
+      if (!box.isEmpty() && is_finite(box.min) && is_finite(box.max)) boxes.push_back(box);
+    }
+  }
+  std::vector<EmissionTarget> targets;
+  add_spheres(boxes, kMaxTargets, targets);
+  return targets;
+}
+
+} // namespace kindling

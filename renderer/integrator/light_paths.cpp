@@ -1,0 +1,341 @@
+// Tracing of light paths, all those of a batch together.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/light_paths.h"
+
+#include "renderer/integrator/casters.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/prepare_path.h"
+#include "renderer/integrator/stages/travel_medium.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kindling {
+
+namespace {
+
+// Dimensions of a light path's draws; each bounce has two more.
+enum Dimension : uint32_t { kChoice = 0, kPosition = 1, kDirection = 2, kFirstBounce = 3 };
+
+// Paths are ended at random from this bounce on.
+constexpr uint8_t kFirstRoulette = 3;
+
+struct Draws {
+  uint32_t key;
+  uint32_t index;
+  [[nodiscard]] V2f operator()(uint32_t dimension) const { return Sampler::sample_2d(key, index, dimension); }
+};
+
+// A BSDF of a surface as it is seen from a side, with the frame that it refers to.
+struct Seen {
+  SurfacePoint surface;
+  Frame frame;
+  std::optional<SurfaceBsdf> bsdf;
+
+  // `in_medium`: the side of wo is inside of the medium `material`.
+  void look(const PathStages& stages, const V3f& wo, bool in_medium, uint32_t material) {
+    if (!surface.layered) {
+      frame = Frame::around(surface.shading_normal);
+      bsdf.emplace(surface.bsdf, nullptr, frame.to_local(wo));
+      return;
+    }
+    frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
+    PathState state;
+    MediumStack media;
+    if (in_medium) media.enter(material);
+    state.in_medium = in_medium;
+    static_cast<void>(stages.resolve_layers(surface, frame, state, media, 0.0f));
+    bsdf.emplace(surface.bsdf, &surface.layers.bsdf, frame.to_local(wo));
+  }
+  // Returns f |cos| for light from wi; black where shading and geometric normal disagree on its
+  // side.
+  [[nodiscard]] Rgb eval(const V3f& wi) const {
+    const float side = wi.dot(surface.geometric_normal);
+    if (!surface.layered && side <= 0.0f) return Rgb(0.0f);
+    if ((side > 0.0f) != (wi.dot(frame.normal) > 0.0f)) return Rgb(0.0f);
+    return bsdf->eval(frame.to_local(wi)).value;
+  }
+};
+
+// The surface at a hit as it is seen from a direction.
+void look_from(const WorldView& world, const V3f& position, const V3f& wo, const accel::Hit& hit, float time,
+               SurfacePoint& surface) {
+  accel::Ray ray{.origin = position + wo, .direction = -wo, .time = time};
+  accel::Hit seen = hit;
+  seen.t = 1.0f;
+  world.surface_at(ray, seen, surface);
+}
+
+// A point as the camera sees it.
+struct Sight {
+  V3f eye;       // on the lens, or in the plane of an orthographic camera
+  V3f direction; // unit, from the eye
+  float distance = 0.0f;
+  V2f film_px;
+};
+
+std::optional<Sight> see(const CameraView& camera, const V3f& point, const V2f& lens_u) {
+  const CameraView::Basis& basis = camera.basis;
+  Sight sight;
+  const float depth = (point - basis.position).dot(basis.forward);
+  if (!(depth > 0.0f)) return std::nullopt;
+  V3f on_film;
+  if (camera.orthographic) {
+    on_film = sight.eye = point - basis.forward * depth;
+    sight.distance = depth;
+    sight.direction = basis.forward;
+  } else {
+    V3f offset(0.0f);
+    if (camera.lens) {
+      const V2f on_lens = camera.lens->aperture.sample(lens_u, V2f(0.0f));
+      offset = basis.right * on_lens.x + basis.up * on_lens.y;
+    }
+    sight.eye = basis.position + offset;
+    const V3f from_eye = point - sight.eye;
+    sight.distance = from_eye.length();
+    sight.direction = from_eye / sight.distance;
+    on_film = from_eye / depth;
+    if (camera.lens) on_film += offset * (1.0f / camera.lens->focus_distance_m);
+  }
+  on_film -= basis.film_corner;
+  sight.film_px = {on_film.dot(basis.film_dx) / basis.film_dx.length2(),
+                   on_film.dot(basis.film_dy) / basis.film_dy.length2()};
+  return sight;
+}
+
+} // namespace
+
+std::optional<uint32_t> light_path_pass(float fraction, uint32_t sample) {
+  const double f = fraction;
+  const double before = std::ceil(f * sample);
+  if (std::ceil(f * (static_cast<double>(sample) + 1.0)) <= before) return std::nullopt;
+  return static_cast<uint32_t>(before);
+}
+
+LightPaths::LightPaths(const IntegratorSettings& settings, const World& world, const Camera& camera,
+                       const PixelFilter& filter, uint32_t seed)
+    : world_(world), camera_(camera), filter_(filter), caster_flags_(find_caster_materials(world)), seed_(seed),
+      fraction_(settings.light_paths) {
+  sampling_.emplace(world.lights, find_targets(world, caster_flags_), world.bounds);
+  emission = *sampling_;
+  casters = caster_flags_;
+  paths_per_pass = fraction_ * static_cast<float>(camera.size_px().x) * static_cast<float>(camera.size_px().y);
+}
+
+void LightPaths::start(const PixelRect& block, uint32_t pass, LightPathContext& context) const {
+  const V2i size = camera_.size_px();
+  const auto pixels = static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y);
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) {
+      const uint64_t number =
+          pass * pixels + static_cast<uint64_t>(y) * static_cast<uint64_t>(size.x) + static_cast<uint64_t>(x);
+      const Draws draws{hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32)),
+                        static_cast<uint32_t>(number)};
+      const V2f choice = draws(kChoice);
+      const std::optional<EmittedRay> emitted =
+          emission.sample({choice.x, choice.y, draws(kPosition), draws(kDirection)});
+      if (!emitted) continue;
+      LightPathContext::Path path;
+      path.emitted = *emitted;
+      path.key = draws.key;
+      path.index = draws.index;
+      context.active.push_back(static_cast<uint32_t>(context.paths.size()));
+      context.paths.push_back(path);
+      // Emitters with a surface are not hit again from just above it.
+      const float lift =
+          emitted->emitter < emission.lights->triangles.size() ? 1e-5f * (max_abs(emitted->origin) + 1e-3f) : 0.0f;
+      context.rays.push_back({.origin = emitted->origin + emitted->direction * lift,
+                              .t_min = 0.0f,
+                              .direction = emitted->direction,
+                              .t_max = kInfinity,
+                              .key = hash_combine(draws.key, draws.index),
+                              .index = draws.index,
+                              .flags = kHitPartlyTransparent});
+    }
+}
+
+void LightPaths::trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples,
+                       LightPathContext& context, RayCounters& counters) const {
+  context.paths.clear();
+  context.active.clear();
+  context.rays.clear();
+  context.found.clear();
+  context.path_count = 0;
+  for (uint32_t sample = samples.first; sample < samples.end; ++sample) {
+    const std::optional<uint32_t> pass = light_path_pass(fraction_, sample);
+    if (!pass) continue;
+    start(block, *pass, context);
+    context.path_count += static_cast<uint64_t>(block.pixel_count());
+  }
+  while (!context.active.empty() && !world_.abandoned()) {
+    context.hits.resize(context.rays.size());
+    world_.accelerator().intersect(context.rays, context.hits);
+    counters.bounce += context.rays.size();
+    context.splats.clear();
+    context.camera_rays.clear();
+    size_t remaining = 0;
+    for (size_t i = 0; i < context.active.size(); ++i) {
+      accel::Ray ray = context.rays[i];
+      const uint32_t number = context.active[i];
+      if (!context.hits[i].is_hit() || !scatter(stages, context.hits[i], ray, context.paths[number], context)) continue;
+      context.rays[remaining] = ray;
+      context.active[remaining++] = number;
+    }
+    context.rays.resize(remaining);
+    context.active.resize(remaining);
+    keep_visible(context, counters);
+  }
+}
+
+bool LightPaths::scatter(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathContext::Path& path,
+                         LightPathContext& context) const {
+  SurfacePoint surface;
+  world_.surface_at(ray, hit, surface);
+  if (surface.unlit) return false;
+  if (path.in_medium) path.throughput *= exp_negative(world_.medium(path.material).extinction * hit.t);
+  if (surface.has_thin_wall()) return pass_straight(stages, surface, ray, path);
+  if (surface.alpha < 1.0f) return false;
+  const bool caster = is_caster(surface.material);
+  if (path.bounces == 0) {
+    if (!caster) return false;
+    path.throughput *= emission.radiance(path.emitted, surface.position) / path.emitted.finite_density;
+    path.first_throughput = max_component(path.throughput);
+  }
+  if (is_black(path.throughput)) return false;
+  if (!caster) {
+    if (surface.layered && surface.layers.boundary) return false;
+    if (!path.in_medium) join_camera(stages, surface, hit, ray, path, context);
+  }
+  return bounce(stages, surface, hit, ray, path);
+}
+
+bool LightPaths::pass_straight(const PathStages& stages, SurfacePoint& surface, accel::Ray& ray,
+                               LightPathContext::Path& path) const {
+  path.throughput *= stages.thin_wall_transmittance(surface, -ray.direction);
+  ray.origin = offset_ray_origin(surface, ray.direction);
+  return !is_black(path.throughput) && ++path.thin_walls <= kMaxTransparentSurfaces;
+}
+
+bool LightPaths::bounce(const PathStages& stages, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,
+                        LightPathContext::Path& path) const {
+  if (path.bounces >= kMaxBounces) return false;
+  const bool boundary = surface.layered && surface.layers.boundary;
+  // One medium at a time: paths into nested ones, and out of open meshes, are left to the camera's.
+  if (boundary && (surface.layers.entering == path.in_medium || (path.in_medium && path.material != surface.material)))
+    return false;
+  const Draws draws{path.key, path.index};
+  const V3f to_light = -ray.direction;
+  Seen from_light{surface, {}, {}};
+  from_light.look(stages, to_light, path.in_medium, path.material);
+  const V2f choice = draws(kFirstBounce + 2U * path.bounces);
+  const std::optional<BsdfSample> sampled =
+      from_light.bsdf->sample(choice.x, draws(kFirstBounce + 2U * path.bounces + 1));
+  if (!sampled) return false;
+  const V3f wi = from_light.frame.to_world(sampled->wi);
+  const bool crosses = sampled->wi.z < 0.0f;
+  const float along = wi.dot(surface.geometric_normal);
+  if ((along < 0.0f) != crosses) return false;
+  const bool inside = boundary ? path.in_medium != crosses : path.in_medium;
+  if (sampled->pdf == 0.0f) {
+    path.throughput *= sampled->weight;
+  } else {
+    Seen from_camera;
+    look_from(world_, surface.position, wi, hit, ray.time, from_camera.surface);
+    from_camera.look(stages, wi, inside, boundary ? surface.material : path.material);
+    path.throughput *= from_camera.eval(to_light) *
+                       (std::abs(along) / (std::abs(to_light.dot(surface.geometric_normal)) * sampled->pdf));
+  }
+  if (is_black(path.throughput) || !is_finite(path.throughput)) return false;
+  path.thin_walls = 0;
+  path.lobes[path.bounces++] = {sampled->lobe, sampled->pdf};
+  if (boundary && crosses) {
+    path.in_medium = inside;
+    path.material = surface.material;
+  }
+  if (path.bounces >= kFirstRoulette) {
+    const float survival = std::min(1.0f, max_component(path.throughput) / path.first_throughput);
+    if (choice.y >= survival) return false;
+    path.throughput /= survival;
+  }
+  ray.origin = offset_ray_origin(surface, wi);
+  ray.direction = wi;
+  ray.t_min = 0.0f;
+  ray.t_max = kInfinity;
+  ray.key = hash_combine(ray.key, path.bounces);
+  return true;
+}
+
+void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
+                             const accel::Ray& ray, const LightPathContext::Path& path,
+                             LightPathContext& context) const {
+  // The limits count from the camera: the surface itself, then the casters from here on.
+  PathState limits;
+  bool within = stages.count_bounce(Lobe::diffuse, 1.0f, limits);
+  for (size_t i = path.bounces; i > 0 && within; --i) {
+    const bool more = stages.count_bounce(path.lobes[i - 1].lobe, path.lobes[i - 1].pdf, limits);
+    within = more || i == 1;
+  }
+  if (!within) return;
+
+  const std::optional<Sight> sight =
+      see(camera_, surface.position, Draws{path.key, path.index}(kFirstBounce + 2U * path.bounces));
+  if (!sight) return;
+  const auto& [eye, direction, distance, film_px] = *sight;
+  const float reach = 0.5f * filter_.width();
+  const V2i size = camera_.size_px();
+  if (!(film_px.x > -reach && film_px.y > -reach && film_px.x < static_cast<float>(size.x) + reach &&
+        film_px.y < static_cast<float>(size.y) + reach))
+    return;
+
+  Seen seen;
+  look_from(world_, surface.position, -direction, hit, ray.time, seen.surface);
+  seen.look(stages, -direction, false, 0);
+  const V3f to_light = -ray.direction;
+  const Rgb value = seen.eval(to_light);
+  if (is_black(value)) return;
+  const float density = camera_density(camera_, direction, distance, surface.geometric_normal);
+  const float ratio = ratio_scale(density) * path.emitted.density;
+  const Rgb radiance =
+      path.throughput * value * (density * light_weight(ratio) / std::abs(to_light.dot(surface.geometric_normal)));
+  if (is_black(radiance) || !is_finite(radiance)) return;
+  const V3f target = offset_ray_origin(seen.surface, -direction);
+  const V3f to_target = target - eye;
+  const float target_distance = to_target.length();
+  context.splats.push_back({film_px, radiance});
+  context.camera_rays.push_back({.origin = eye,
+                                 .t_min = 0.0f,
+                                 .direction = to_target / target_distance,
+                                 .t_max = target_distance * (1.0f - 1e-6f),
+                                 .key = ray.key,
+                                 .time = ray.time,
+                                 .index = path.index,
+                                 .flags = kHitPartlyTransparent | kCameraRay});
+}
+
+void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) const {
+  if (context.camera_rays.empty()) return;
+  context.occluded.resize(context.camera_rays.size());
+  world_.accelerator().occluded(context.camera_rays, context.occluded);
+  counters.shadow += context.camera_rays.size();
+  for (size_t i = 0; i < context.splats.size(); ++i)
+    if (context.occluded[i] == 0) context.found.push_back(context.splats[i]);
+}
+
+void LightPaths::add_to(const PixelRect& block, const LightPathContext& context, Film& film) const {
+  film.add_light_paths(block.min, context.path_count);
+  const PixelRect& crop = film.crop();
+  const float radius = 0.5f * filter_.width();
+  for (const auto& [at, radiance] : context.found) {
+    const auto first = [&](float x, int min) { return std::max(static_cast<int>(std::ceil(x - radius - 0.5f)), min); };
+    const auto end = [&](float x, int max) {
+      return std::min(static_cast<int>(std::floor(x + radius - 0.5f)) + 1, max);
+    };
+    for (int y = first(at.y, crop.min.y); y < end(at.y, crop.max.y); ++y)
+      for (int x = first(at.x, crop.min.x); x < end(at.x, crop.max.x); ++x) {
+        const float weight = filter_.value({at.x - 0.5f - static_cast<float>(x), at.y - 0.5f - static_cast<float>(y)});
+        if (weight != 0.0f) film.add_splat({x, y}, radiance * weight);
+      }
+  }
+}
+
+} // namespace kindling

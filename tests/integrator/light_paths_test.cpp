@@ -1,0 +1,205 @@
+// Light paths: known answers, bounce limits, lenses, media.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/casters.h"
+#include "renderer/integrator/light_paths.h"
+#include "tests/integrator/test_scenes.h"
+#include "tests/light/light_fixtures.h"
+#include "tests/session/same_bits.h"
+
+namespace kindling::test {
+namespace {
+
+Material metal(float roughness) {
+  Material material = diffuse_material(Rgb(1.0f));
+  material.metallic_factor = 1.0f;
+  material.roughness_factor = roughness;
+  return material;
+}
+
+Material glass(float roughness) {
+  Material material = diffuse_material(Rgb(1.0f));
+  material.roughness_factor = roughness;
+  material.specular_factor = 1.0f;
+  material.transmission_factor = 1.0f;
+  material.thickness_factor = 1.0f;
+  return material;
+}
+
+void add_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
+  Node node;
+  node.light = static_cast<int>(scene.lights.size());
+  node.matrix = light_to_world;
+  scene.lights.push_back(light);
+  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+  scene.nodes.push_back(node);
+}
+
+PunctualLight lamp(float intensity, float radius = 0.0f) {
+  PunctualLight light;
+  light.intensity = intensity;
+  light.radius_m = radius;
+  return light;
+}
+
+// A sphere over a floor, below a lamp.
+Scene sphere_under_lamp(const Material& material, float lamp_radius = 0.0f) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), material},
+                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1)});
+  add_light(scene, lamp(20.0f, lamp_radius), look_at(V3f(0.5f, 6, 0.5f), V3f(0.0f)));
+  return scene;
+}
+
+Camera camera_of_sphere(float f_stop = 0.0f) {
+  SceneCamera camera;
+  camera.yfov_rad = 0.6f;
+  if (f_stop > 0.0f) {
+    camera.lens.f_stop = f_stop;
+    camera.lens.focus_distance_m = 6.0f;
+  }
+  return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), V2i(48, 32)};
+}
+
+RenderSettings settings_of_sphere(float light_paths, uint32_t samples) {
+  RenderSettings settings = small_render(V2i(48, 32), samples);
+  settings.integrator.light_paths = light_paths;
+  settings.filter = PixelFilter({FilterKind::box});
+  return settings;
+}
+
+Film render_film(const World& world, const Camera& camera, const RenderSettings& settings) {
+  Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok()) << outcome.error().message;
+  EXPECT_EQ(outcome.value().statistics.rays.non_finite, 0U);
+  return std::move(outcome).value().film;
+}
+
+double mean_luminance(const Film& film) {
+  const std::vector<float> rgb = film.resolve(Aov::beauty);
+  double sum = 0.0;
+  for (size_t i = 0; i < rgb.size(); i += 3) sum += static_cast<double>(luminance({rgb[i], rgb[i + 1], rgb[i + 2]}));
+  return sum / (static_cast<double>(rgb.size()) / 3.0);
+}
+
+// A sun without a size and a mirror beside a floor: the floor is lit twice, which no path from the
+// camera can find.
+TEST(LightPaths, MirrorDoublesTheSun) {
+  const float rho = 0.6f, irradiance = 3.0f;
+  for (const bool orthographic : {false, true}) {
+    Scene scene =
+        make_scene({diffuse_material(Rgb(rho)), metal(0.0f)}, {quad(V3f(-2, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
+                                                               quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 1)});
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::directional;
+    sun.intensity = irradiance;
+    add_light(scene, sun, look_at(V3f(5, 5, 0), V3f(0.0f)));
+    const auto world = make_world(std::move(scene), accel::Kind::kdtree);
+    SceneCamera narrow;
+    narrow.yfov_rad = 0.15f;
+    const M44f above = look_at(V3f(0, 5, 1), V3f(-1, 0, 0));
+    const Camera camera =
+        orthographic ? beam_camera(V3f(0, 5, 1), V3f(-1, 0, 0), 0.8f, V2i(16, 16)) : Camera(narrow, above, V2i(16, 16));
+    RenderSettings settings = small_render(V2i(16, 16), 1024);
+    settings.integrator.light_paths = 1.0f;
+    const Film film = render_film(*world, camera, settings);
+    const double expected = 2.0 * rho * irradiance * std::sqrt(0.5) / std::numbers::pi;
+    Estimate pixels;
+    for (const float value : film.resolve(Aov::beauty)) pixels.add(static_cast<double>(value));
+    EXPECT_NEAR(pixels.mean(), expected, 5.0 * pixels.standard_error()) << orthographic;
+    EXPECT_LT(pixels.standard_error(), 0.006 * expected);
+  }
+}
+
+// Light through the sphere takes two transmissions, the last of which needs no further bounce. Only
+// light paths find this lamp.
+TEST(LightPaths, KeepBounceLimits) {
+  const auto world = make_world(sphere_under_lamp(glass(0.0f)), accel::Kind::kdtree);
+  const auto light_found = [&](int max_diffuse, int max_glossy, int max_transmission) {
+    RenderSettings settings = settings_of_sphere(0.0f, 4);
+    settings.integrator.max_diffuse_bounces = max_diffuse;
+    settings.integrator.max_glossy_bounces = max_glossy;
+    settings.integrator.max_transmission_bounces = max_transmission;
+    const double without = mean_luminance(render_film(*world, camera_of_sphere(), settings));
+    settings.integrator.light_paths = 1.0f;
+    return mean_luminance(render_film(*world, camera_of_sphere(), settings)) - without;
+  };
+  const double focused = light_found(1, 0, 1);
+  EXPECT_GT(focused, 0.001);
+  EXPECT_NEAR(light_found(1, 0, 8), focused, 1e-6); // more transmissions need reflections inside of the sphere
+  EXPECT_GT(light_found(1, 4, 8), focused + 1e-6);
+  EXPECT_EQ(light_found(0, 4, 8), 0.0);
+  const double reflected = light_found(1, 0, 0); // by the outside of the sphere
+  EXPECT_GT(reflected, 1e-4);
+  EXPECT_LT(reflected, 0.5 * focused);
+}
+
+// Both estimates of the same light; images of several seeds give the standard errors.
+TEST(LightPaths, AgreeThroughALens) {
+  const auto world = make_world(sphere_under_lamp(glass(0.2f), 0.4f), accel::Kind::kdtree);
+  const Camera camera = camera_of_sphere(1.0f);
+  Estimate means[2];
+  for (const bool light_paths : {false, true})
+    for (uint32_t seed = 0; seed < 16; ++seed) {
+      RenderSettings settings = settings_of_sphere(light_paths ? 0.5f : 0.0f, 64);
+      settings.seed = seed + (light_paths ? 100 : 0);
+      means[light_paths ? 1 : 0].add(mean_luminance(render_film(*world, camera, settings)));
+    }
+  const double error = std::hypot(means[0].standard_error(), means[1].standard_error());
+  EXPECT_NEAR(means[0].mean(), means[1].mean(), 4.5 * error);
+  EXPECT_LT(error, 0.005 * means[0].mean());
+}
+
+// The light of a lamp inside of glass begins in a medium: it is left to the paths from the camera.
+TEST(LightPaths, LampInsideOfGlassIsNotLost) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass(0.0f), emissive_material(Rgb(20.0f))},
+                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1),
+                            sphere(V3f(0, 1.2f, 0), 0.5f, 16, 2)});
+  const auto world = make_world(std::move(scene), accel::Kind::kdtree);
+  RenderSettings settings = settings_of_sphere(0.0f, 16);
+  const Film without = render_film(*world, camera_of_sphere(), settings);
+  settings.integrator.light_paths = 1.0f;
+  expect_same_bits(without, render_film(*world, camera_of_sphere(), settings), "light paths");
+}
+
+TEST(LightPaths, ScenesWithoutCastersKeepTheirBits) {
+  const auto world = make_world(sphere_under_lamp(diffuse_material(Rgb(0.5f))), accel::Kind::kdtree);
+  RenderSettings settings = settings_of_sphere(0.0f, 4);
+  const Film without = render_film(*world, camera_of_sphere(), settings);
+  settings.integrator.light_paths = 1.0f;
+  expect_same_bits(without, render_film(*world, camera_of_sphere(), settings), "light paths");
+}
+
+TEST(LightPaths, PassesAreSpreadEvenly) {
+  std::vector<uint32_t> samples;
+  for (uint32_t sample = 0; sample < 16; ++sample)
+    if (const auto pass = light_path_pass(0.25f, sample)) {
+      EXPECT_EQ(*pass, samples.size());
+      samples.push_back(sample);
+    }
+  EXPECT_EQ(samples, (std::vector<uint32_t>{0, 4, 8, 12}));
+  for (uint32_t sample = 0; sample < 16; ++sample) EXPECT_EQ(light_path_pass(1.0f, sample), sample);
+  EXPECT_FALSE(light_path_pass(0.0f, 0));
+}
+
+TEST(Casters, AreGlassAndMetal) {
+  Material coated = glass(0.0f), rough = metal(0.6f), thin = glass(0.0f);
+  coated.clearcoat_factor = 1.0f;
+  thin.thickness_factor = 0.0f;
+  const auto world = make_world(
+      make_scene({diffuse_material(Rgb(0.5f)), glass(0.1f), metal(0.3f), rough, coated, thin},
+                 {sphere(V3f(0.0f), 1.0f, 8, 0), sphere(V3f(5, 0, 0), 1.0f, 8, 1), sphere(V3f(9, 0, 0), 0.5f, 8, 2),
+                  sphere(V3f(0.0f), 1.0f, 8, 3), sphere(V3f(0.0f), 1.0f, 8, 4), sphere(V3f(0.0f), 1.0f, 8, 5)}),
+      accel::Kind::kdtree);
+  const std::vector<uint8_t> casters = find_caster_materials(*world);
+  EXPECT_EQ(std::vector<uint8_t>(casters.begin(), casters.begin() + 6), (std::vector<uint8_t>{0, 1, 1, 0, 0, 0}));
+  const std::vector<EmissionTarget> targets = find_targets(*world, casters);
+  ASSERT_EQ(targets.size(), 2U);
+  for (const EmissionTarget& target : targets) {
+    const bool large = target.center.x < 7.0f;
+    EXPECT_LT((target.center - V3f(large ? 5.0f : 9.0f, 0, 0)).length(), 0.1f);
+    EXPECT_GE(target.radius, large ? 1.0f : 0.5f);
+    EXPECT_LE(target.radius, large ? 1.8f : 0.9f);
+  }
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,64 @@
+// A scene of glass and metal under lamps and a sun, in part behind a window.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/test_scenes.h"
+#include "tests/unbiased/scenes.h"
+
+namespace kindling::test {
+
+TestScene caustics() {
+  const auto metal = [](const Rgb& color, float roughness) {
+    Material material = diffuse_material(color);
+    material.metallic_factor = 1.0f;
+    material.roughness_factor = roughness;
+    return material;
+  };
+  const auto glass = [](float roughness) {
+    Material material = diffuse_material(Rgb(1.0f));
+    material.roughness_factor = roughness;
+    material.specular_factor = 1.0f;
+    material.transmission_factor = 1.0f;
+    material.thickness_factor = 1.0f;
+    material.attenuation_distance_m = 1.5f;
+    material.attenuation_color = Rgb(0.6f, 0.8f, 0.9f);
+    return material;
+  };
+  Material window = glass(0.0f);
+  window.base_color_factor = V4f(0.7f, 0.8f, 0.6f, 1.0f);
+  window.thickness_factor = 0.0f;
+  TestScene test;
+  Scene scene = make_scene(
+      {diffuse_material(Rgb(0.7f, 0.6f, 0.5f)), emissive_material(Rgb(6.0f, 5.0f, 4.0f)), glass(0.0f), glass(0.25f),
+       metal(Rgb(0.9f, 0.7f, 0.4f), 0.3f), window},
+      {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 0),
+       quad(V3f(-1.6f, 2.6f, -0.6f), V3f(1.2f, 0, 0), V3f(0, 0, 1.2f), 1), sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 2),
+       sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 3), sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 4),
+       quad(V3f(-0.1f, 1.5f, 0.6f), V3f(1.2f, 0, 0), V3f(0, 0.2f, -1.2f), 5)});
+  const auto add = [&scene](const PunctualLight& light, const V3f& from, const V3f& to) {
+    Node node;
+    node.light = static_cast<int>(scene.lights.size());
+    node.matrix = look_at(from, to);
+    scene.lights.push_back(light);
+    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
+    scene.nodes.push_back(node);
+  };
+  PunctualLight lamp;
+  lamp.intensity = 3.0f;
+  lamp.radius_m = 0.5f;
+  add(lamp, V3f(1.0f, 2.6f, 0.8f), V3f(0.0f));
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = 1.0f;
+  sun.angular_diameter_rad = 0.6f;
+  add(sun, V3f(-2, 4, 1), V3f(0.0f));
+
+  test.camera.yfov_rad = 0.6f;
+  test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));
+  test.whole = {std::move(scene), nullptr};
+  test.max_bounces = 4;
+  test.samples = 30;
+  test.casters = true;
+  test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
+  return test;
+}
+
+} // namespace kindling::test
