@@ -240,6 +240,76 @@ TEST_F(FarmCommand, RendersFramesInParts) {
     EXPECT_EQ(pixels("a." + std::string(frame) + ".exr"), pixels("whole." + std::string(frame) + ".exr")) << frame;
 }
 
+// The stops that a merge or render reports, one for each of its images.
+std::vector<std::string> exposures(const std::string& report) {
+  const std::string before = "exposure ", after = " stops";
+  std::vector<std::string> found;
+  for (size_t at = report.find(before); at != std::string::npos; at = report.find(before, at + 1))
+    found.push_back(report.substr(at + before.size(), report.find(after, at) - at - before.size()));
+  return found;
+}
+
+// A machine that renders a part sees a share of the samples: the exposure is that of the whole
+// image.
+TEST_F(FarmCommand, PartsOfAnImageShareItsExposure) {
+  const std::string scene = write_scene();
+  const std::vector<std::string> flags{"--spp", "7", "--size", "24x16", "--exposure", "auto", "--view", "Standard"};
+  ASSERT_EQ(submit(scene, {"--parts", "3", "-o", "a.png"}, flags).exit_code, 0);
+  for (const char* task : {"2", "0", "1"}) ASSERT_EQ(run({"farm", "work", "farm", task}).exit_code, 0);
+  const ProgramResult merged = run({"farm", "merge", "farm"});
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  std::vector<std::string> whole{"render", scene, "-o", "whole.png"};
+  whole.insert(whole.end(), flags.begin(), flags.end());
+  const ProgramResult alone = run(whole);
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  ASSERT_EQ(exposures(alone.err).size(), 1u) << alone.err;
+  EXPECT_EQ(exposures(merged.err), exposures(alone.err));
+  EXPECT_EQ(pixels("a.png"), pixels("whole.png"));
+}
+
+// The light moves away from one frame to the next. By itself the second would be exposed for seven
+// stops more.
+TEST_F(FarmCommand, FramesInPartsShareOneExposure) {
+  nlohmann::json scene = nlohmann::json::parse(read_file(write_scene()));
+  // Times 0 and 1 s, and the light at distances of 2 and 20 m.
+  scene["buffers"].push_back(
+      {{"uri", "data:application/octet-stream;base64,AAAAAAAAgD8AAIA/AACAPwAAAEAAAIA/AACAPwAAoEE="},
+       {"byteLength", 32}});
+  scene["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 8}});
+  scene["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 8}, {"byteLength", 24}});
+  scene["accessors"].push_back(
+      {{"bufferView", 2}, {"componentType", 5126}, {"type", "SCALAR"}, {"count", 2}, {"min", {0}}, {"max", {1}}});
+  scene["accessors"].push_back({{"bufferView", 3}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 2}});
+  scene["animations"] = nlohmann::json::parse(R"([{"samplers": [{"input": 2, "output": 3}],
+    "channels": [{"sampler": 0, "target": {"node": 2, "path": "translation"}}]}])");
+  write_file("moving.gltf", scene.dump());
+  scene.erase("animations");
+  scene["nodes"][2]["translation"] = {1, 1, 20};
+  write_file("far.gltf", scene.dump());
+
+  const std::vector<std::string> flags{"--spp", "4", "--size", "24x16", "--exposure", "auto", "--view", "Standard"};
+  const auto render = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "render");
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const ProgramResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return exposures(result.err);
+  };
+  const std::vector<std::string> both = render({"moving.gltf", "-o", "whole.##.png", "--frames", "0,24"});
+  ASSERT_FALSE(both.empty());
+  const std::vector<std::string> far = render({"far.gltf", "-o", "far.png"});
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_GT(std::stod(far[0]) - std::stod(both[0]), 4.0);
+
+  ASSERT_EQ(submit("moving.gltf", {"--parts", "2", "--frames", "0,24", "-o", "a.##.png"}, flags).exit_code, 0);
+  for (const char* task : {"3", "0", "2", "1"}) ASSERT_EQ(run({"farm", "work", "farm", task}).exit_code, 0);
+  const ProgramResult merged = run({"farm", "merge", "farm"});
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_EQ(exposures(merged.err), std::vector<std::string>(2, both[0])) << merged.err;
+  for (const char* frame : {"00", "24"})
+    EXPECT_EQ(pixels("a." + std::string(frame) + ".png"), pixels("whole." + std::string(frame) + ".png")) << frame;
+}
+
 TEST_F(FarmCommand, FailedSubmissionLeavesNoPlan) {
   write_script("sbatch", "echo 'sbatch: error: no' >&2; exit 1");
   const ProgramResult result = submit(write_scene(), {"--parts", "2", "-o", "a.exr"}, {});
