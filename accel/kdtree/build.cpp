@@ -132,7 +132,7 @@ Imath::Box3f widen(const BuildMeshes& meshes, std::span<Reference> references) {
   const auto add = [&](const tbb::blocked_range<size_t>& range, Imath::Box3f bounds) {
     for (size_t i = range.begin(); i < range.end(); ++i) {
       Reference& r = references[i];
-      const Imath::V3f size = r.max - r.min, margin(meshes.margin_of(std::max(size.x, std::max(size.y, size.z))));
+      const Imath::V3f margin(meshes.margin_of(r.min, r.max));
       r.min -= margin;
       r.max += margin;
       bounds.extendBy(Imath::Box3f(r.min, r.max));
@@ -146,13 +146,6 @@ Imath::Box3f widen(const BuildMeshes& meshes, std::span<Reference> references) {
   return tbb::parallel_reduce(tbb::blocked_range<size_t>(0, references.size(), 16384), Imath::Box3f(), add, join);
 }
 
-// Returns the largest magnitude of a coordinate.
-float largest_coordinate(const Imath::Box3f& bounds) {
-  float largest = 0.0f;
-  for (int k = 0; k < 3; ++k) largest = std::max({largest, std::fabs(bounds.min[k]), std::fabs(bounds.max[k])});
-  return largest;
-}
-
 // Builds a tree of at most config.max_references(). Returns nothing if it had more references than
 // `limit`.
 std::optional<BinaryTree> build_within(const Config& config, std::span<const Geometry> geometries, uint64_t limit,
@@ -163,7 +156,7 @@ std::optional<BinaryTree> build_within(const Config& config, std::span<const Geo
   if (references.count == 0) return tree;
   BuildMeshes meshes(geometries);
   meshes.extent_margin = kExtentTolerance;
-  meshes.rounding_margin = 0x1p-22f * largest_coordinate(tree.bounds); // two units of its last place
+  meshes.rounding_margin = 0x1p-22f; // two units of the last place
   tree.bounds = widen(meshes, {references.buffer.data(), references.count});
   const double area = half_area(tree.bounds);
   ReferenceCount count(limit);

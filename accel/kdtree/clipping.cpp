@@ -51,14 +51,15 @@ struct Bounds {
 Float4 lanes(const Imath::V3f& v) { return Float4{v.x, v.y, v.z, 0.0f}; }
 Double4 wide_lanes(const Imath::V3f& v) { return Double4{v.x, v.y, v.z, 0.0}; }
 
-// Returns the largest range of the corners' coordinates along an axis.
-float extent_of(const std::array<Imath::V3f, 3>& triangle) {
-  float extent = 0.0f;
+// Returns the bounds of the corners.
+Imath::Box3f box_of(const std::array<Imath::V3f, 3>& triangle) {
+  Imath::Box3f box;
   for (int k = 0; k < 3; ++k) {
     const float a = triangle[0][k], b = triangle[1][k], c = triangle[2][k];
-    extent = std::max(extent, std::max(a, std::max(b, c)) - std::min(a, std::min(b, c)));
+    box.min[k] = std::min(a, std::min(b, c));
+    box.max[k] = std::max(a, std::max(b, c));
   }
-  return extent;
+  return box;
 }
 
 } // namespace
@@ -69,7 +70,8 @@ SplitReference split_reference(const BuildMeshes& meshes, const Reference& refer
   const std::array<Imath::V3f, 3> triangle = {geometry.vertex(reference.triangle, 0),
                                               geometry.vertex(reference.triangle, 1),
                                               geometry.vertex(reference.triangle, 2)};
-  const float margin = meshes.margin_of(extent_of(triangle));
+  const Imath::Box3f box = box_of(triangle);
+  const float margin = meshes.margin_of(box.min, box.max);
   SplitReference parts{reference, reference, false, false};
   parts.left.max[axis] = parts.right.min[axis] = position;
   // Corners and cuts are added to both sides, as infinity where they do not belong: the side cannot

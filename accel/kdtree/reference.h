@@ -4,6 +4,7 @@
 
 #include "accel/accelerator.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <span>
@@ -30,15 +31,21 @@ struct Geometry {
 struct BuildMeshes {
   std::span<const Geometry> geometries;
   float extent_margin = 0.0f;   // in largest extents of the triangle along an axis
-  float rounding_margin = 0.0f; // in scene units: more than the rounding of the margins
+  float rounding_margin = 0.0f; // in largest coordinates of the triangle: more than the rounding of the margins
 
   BuildMeshes(std::span<const Geometry> all) : geometries(all) {}
   BuildMeshes(const std::vector<Geometry>& all) : geometries(all) {}
-  // Returns the margin of a triangle, rounded up to a multiple of a quarter of a power of two, so
-  // that most triangles at a corner have the same one and offer the same planes.
-  [[nodiscard]] float margin_of(float extent) const {
+  // Returns the margin of a triangle with this box, rounded up to a multiple of a quarter of a
+  // power of two, so that most triangles at a corner have the same one and offer the same planes.
+  // It depends on no other triangle: small ones have small margins, however large the scene is.
+  [[nodiscard]] float margin_of(const Imath::V3f& min, const Imath::V3f& max) const {
     constexpr uint32_t kMantissa = 0x1fffffU;
-    const float margin = extent_margin * extent + rounding_margin;
+    float extent = 0.0f, largest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      extent = std::max(extent, max[k] - min[k]);
+      largest = std::max(largest, std::max(-min[k], max[k]));
+    }
+    const float margin = extent_margin * extent + rounding_margin * largest;
     return std::bit_cast<float>((std::bit_cast<uint32_t>(margin) + kMantissa) & ~kMantissa);
   }
 };

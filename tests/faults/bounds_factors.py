@@ -14,13 +14,13 @@ from bounds_shapes import SHAPES, write_shape
 # Bounds of the factors of a build by one thread, of its peak of memory, and of the time of a ray:
 # about three times what was measured, see README.md.
 BOUNDS = {
-    ("needles", "kdtree"): (75, 15, 4000), ("needles", "embree"): (5, 3, 4200),
-    ("soup", "kdtree"): (54, 11, 18), ("soup", "embree"): (8, 3, 52),
-    ("large_soup", "kdtree"): (30, 7, 190), ("large_soup", "embree"): (5, 3, 110),
-    ("nested_boxes", "kdtree"): (16, 14, 140), ("nested_boxes", "embree"): (3, 3, 4),
-    ("nested_spheres", "kdtree"): (36, 9, 81), ("nested_spheres", "embree"): (5, 3, 38),
-    ("one_cell", "kdtree"): (17, 18, 12), ("one_cell", "embree"): (5, 3, 10),
-    ("coincident", "kdtree"): (3, 3, 850), ("coincident", "embree"): (5, 3, 2100),
+    ("needles", "kdtree"): (54, 8, 2600), ("needles", "embree"): (5, 3, 3300),
+    ("soup", "kdtree"): (22, 7, 12), ("soup", "embree"): (5, 3, 60),
+    ("large_soup", "kdtree"): (22, 5, 150), ("large_soup", "embree"): (5, 3, 160),
+    ("nested_boxes", "kdtree"): (13, 9, 165), ("nested_boxes", "embree"): (3, 3, 11),
+    ("nested_spheres", "kdtree"): (22, 6, 108), ("nested_spheres", "embree"): (4, 3, 60),
+    ("one_cell", "kdtree"): (12, 11, 12), ("one_cell", "embree"): (5, 3, 24),
+    ("coincident", "kdtree"): (3, 3, 1100), ("coincident", "embree"): (4, 3, 4500),
 }
 MEASURES = ("build", "memory", "rays")
 RAYS = 1024  # of each kind
