@@ -10,6 +10,7 @@
 
 #include "renderer/world/world_view.h"
 
+#include <array>
 #include <cassert>
 #include <optional>
 
@@ -32,6 +33,9 @@ constexpr float kReach = 0.5f;
 constexpr float kClearance = 2.0f;
 // A point that is closer to a wall is no origin, since its coordinates are rounded by up to 0.05.
 constexpr float kMinClearance = 0.25f;
+// Aims beside an origin that was moved are closer to it, by this factor: it may be kMinClearance
+// off.
+constexpr float kMovedAim = 0.25f;
 constexpr int kMaxAttempts = 4; // to find an origin, until the path ends
 
 // Triangles on a surface: the cosine between their normals and its, and the maximum number of them
@@ -39,13 +43,42 @@ constexpr int kMaxAttempts = 4; // to find an origin, until the path ends
 constexpr float kParallel = 0.999f;
 constexpr int kMaxLayers = 8;
 
-// Returns true if the point is closer to an edge of the triangle than `margin`.
-bool is_near_edge(const std::array<V3f, 3>& p, const V3f& barycentric, float margin) {
-  const float area = (p[1] - p[0]).cross(p[2] - p[0]).length();
-  for (unsigned i = 0; i < 3; ++i)
-    if (barycentric[i] * area < margin * (p[(i + 1) % 3] - p[(i + 2) % 3]).length()) return true;
-  return false;
+// The edges of a triangle that a point is near to: unit vectors in its plane, away from the
+// triangle and across the edge.
+struct NearEdges {
+  std::array<V3f, 3> outwards;
+  unsigned count = 0;
+};
+
+// Returns the edges that are closer to the point than `margin`.
+NearEdges near_edges(const std::array<V3f, 3>& p, const V3f& barycentric, float margin) {
+  NearEdges near;
+  const V3f normal = (p[1] - p[0]).cross(p[2] - p[0]);
+  const float area = normal.length();
+  for (unsigned i = 0; i < 3; ++i) {
+    const V3f edge = p[(i + 2) % 3] - p[(i + 1) % 3];
+    if (barycentric[i] * area < margin * edge.length()) near.outwards[near.count++] = edge.cross(normal).normalized();
+  }
+  return near;
 }
+
+// Where probes aim beside an origin, in meters. Accelerators round an origin once more, to the
+// space of an instance. There it may lie on a wall that rises from an edge, so that no ray from it
+// hits the wall, and a probe along the wall ends before it. So in instances probes aim beyond each
+// edge.
+struct Aims {
+  std::array<V3f, 3> offsets = {V3f(0.0f), V3f(0.0f), V3f(0.0f)};
+  unsigned count = 1;
+
+  Aims(const NearEdges& edges, bool transformed, float distance_m) {
+    if (!transformed || edges.count == 0) return;
+    count = edges.count;
+    for (unsigned i = 0; i < count; ++i) offsets[i] = edges.outwards[i] * distance_m;
+  }
+  [[nodiscard]] V3f beside(const V3f& origin, unsigned aim, bool moved) const {
+    return origin + offsets[aim] * (moved ? kMovedAim : 1.0f);
+  }
+};
 
 // Returns the unit normal; zero for a triangle without area.
 V3f normal_of(const std::array<V3f, 3>& p) { return (p[1] - p[0]).cross(p[2] - p[0]).normalized(); }
@@ -70,6 +103,23 @@ struct Probe {
   [[nodiscard]] V3f at(float t) const { return ray.origin + ray.direction * t; }
 };
 
+// Makes the probes of a hit.
+struct Prober {
+  const WorldView& world;
+  const accel::Ray& arriving;
+  float hit_t;
+  float error;
+
+  [[nodiscard]] float start(float length) const { return std::max(hit_t - length * error, 0.0f); }
+  [[nodiscard]] Probe probe_to(const V3f& to, float length) const {
+    return {arriving, start(length), to, kReach * error};
+  }
+  [[nodiscard]] bool is_free(const V3f& to) const {
+    if (!world.probe_is_blocked(probe_to(to, kProbe).ray)) return true;
+    return start(kProbe) > 0.0f && !world.probe_is_blocked(probe_to(to, kLongProbe).ray);
+  }
+};
+
 // True if rays can continue through the surface.
 bool lets_light_pass(const SurfacePoint& surface) {
   return surface.alpha < 1.0f ||
@@ -81,13 +131,13 @@ bool lets_light_pass(const SurfacePoint& surface) {
 void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface) const {
   const float error = surface.position_error;
   const std::array<V3f, 3> corners = face_at(ray, hit).corners;
-  if (!is_near_edge(corners, V3f(1.0f - hit.u - hit.v, hit.u, hit.v), kEdgeMargin * error) &&
-      !(!contacts.empty() && contacts.at(hit))) {
+  const NearEdges edges = near_edges(corners, V3f(1.0f - hit.u - hit.v, hit.u, hit.v), kEdgeMargin * error);
+  if (edges.count == 0 && !(!contacts.empty() && contacts.at(hit))) {
     surface.guarded = false;
     return;
   }
-  const auto start = [&](float length) { return std::max(hit.t - length * error, 0.0f); };
-  const auto probe_to = [&](const V3f& to, float length) { return Probe(ray, start(length), to, kReach * error); };
+  const Aims aims(edges, !instances[hit.instance].identity, kReach * error);
+  const Prober prober{*this, ray, hit.t, error};
 
   // Returns the point of the probe that is off the wall which it crosses at `wall`, at most in the
   // middle between that and `after`, where the probe starts or crosses the surface at the cosine
@@ -116,13 +166,15 @@ void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint
   const auto find_front = [&]() -> std::optional<V3f> {
     V3f point = origin_beside(surface, false);
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
-      const Probe probe = probe_to(point, kProbe);
-      if (!probe_is_blocked(probe.ray)) return point;
-      if (start(kProbe) > 0.0f && !probe_is_blocked(probe_to(point, kLongProbe).ray)) return point;
+      unsigned aim = 0;
+      while (aim < aims.count && prober.is_free(aims.beside(point, aim, attempt > 0))) ++aim;
+      if (aim == aims.count) return point;
+      const Probe probe = prober.probe_to(aims.beside(point, aim, attempt > 0), kProbe);
       const accel::Hit wall = probe_hit(probe.ray);
       if (!wall.is_hit()) return std::nullopt;
-      if (const std::optional<V3f> before = in_front_of(probe, wall, 0.0f, 1.0f)) return before;
-      point = pushed_off(probe, wall, point);
+      const std::optional<V3f> before = in_front_of(probe, wall, 0.0f, 1.0f);
+      if (before && aims.count == 1) return before;
+      point = before ? *before : pushed_off(probe, wall, point); // in a corner it may lie on another wall
     }
     return std::nullopt;
   };
@@ -137,7 +189,7 @@ void WorldView::guard(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint
 
   const auto find_back = [&](V3f point) -> std::optional<V3f> {
     for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
-      Probe probe = probe_to(point, kProbe);
+      Probe probe = prober.probe_to(point, kProbe);
       accel::Hit crossed = probe_hit(probe.ray);
       float after = -1.0f; // the probe has crossed the surface there
       for (int layer = 0; layer < kMaxLayers && crossed.is_hit() && is_on_surface(probe, crossed); ++layer) {

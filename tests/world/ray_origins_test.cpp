@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/closed_boxes.h"
 
+#include "accel/affine.h"
+#include "accel/motion.h"
 #include "renderer/base/hash.h"
 #include "renderer/world/ray_origins.h"
 
@@ -151,6 +153,59 @@ TEST(RayOrigins, LieOnBothSidesOfAThinWall) {
       }
       EXPECT_GT(passed, 10000);
       EXPECT_LT(blocked, 20);
+    }
+}
+
+// Accelerators round origins to the space of an instance. There, too, they are inside: an origin on
+// a wall would meet it at a distance of 0, which is no hit.
+TEST(RayOrigins, StayInsideOfTransformedBoxesInTheirOwnSpace) {
+  for (const accel::Kind kind : {accel::Kind::embree, accel::Kind::kdtree})
+    for (const float distance : {0.0f, 1000.0f, 10000.0f}) {
+      const V3f c = center_at(distance);
+      Scene scene = make_scene({diffuse_material(Rgb(1.0f))}, {box_walls(M44f())});
+      scene.nodes[0].local.translation = c;
+      animate_turn(scene, 0, V3f(0, 1, 0), 20.0f);
+      animate(scene, 0, AnimatedProperty::translation, {0, 1}, {c.x, c.y, c.z, c.x + 0.5f, c.y + 0.5f, c.z + 0.5f});
+      const auto world = make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, kind);
+      ASSERT_TRUE(world->has_motion);
+      const auto highest = [](const V3f& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); };
+      Numbers u;
+      int on_walls = 0, ended = 0;
+      for (int i = 0; i < 40000; ++i) {
+        const float time = u();
+        const M44f box = accel::matrix_at(world->motions[world->instances[0].motion], time);
+        accel::RayToObject to_box;
+        ASSERT_TRUE(to_box.set_inverse_of(box));
+        accel::Ray ray = ray_to_edge(V3f(0.0f), M44f(), u);
+        // Along a wall and onto another one, where a probe passes closely.
+        const auto along = static_cast<int>(u() * 3.0f);
+        ray.origin[along] = u.between(0.9f, 0.9999f) * (u() < 0.5f ? -1.0f : 1.0f);
+        V3f to = ray.origin;
+        to[(along + 1) % 3] = 1.0f;
+        to[(along + 2) % 3] = u.between(-0.9f, 0.9f);
+        to[along] = std::copysign(1.0f - u() * u() * 1e-6f * distance, ray.origin[along]);
+        ray.origin = transform_point(box, ray.origin);
+        ray.direction = (transform_point(box, to) - ray.origin).normalized();
+        ray.time = time;
+        // Inside for Embree, too, which rounds in another way.
+        if (highest(to_box(ray).origin) >= 1.0f - 2e-7f * distance) continue;
+        const accel::Hit hit = world->accelerator().intersect(ray);
+        if (!hit.is_hit()) continue; // beyond the edge by rounding
+        SurfacePoint surface;
+        world->surface_at(ray, hit, surface);
+        // Along the wall that it hits: within the rounding of a normal in world space.
+        if (std::abs(surface.geometric_normal.dot(ray.direction)) < 1e-3f) continue;
+        accel::Ray plain = ray;
+        plain.origin = origin_beside(surface, false);
+        on_walls += highest(to_box(plain).origin) >= 1.0f ? 1 : 0;
+        ended += surface.unlit ? 1 : 0;
+        if (surface.unlit) continue;
+        accel::Ray next = ray;
+        next.origin = offset_ray_origin(surface, surface.geometric_normal);
+        EXPECT_LT(highest(to_box(next).origin), 1.0f) << "ray " << i << " at distance " << distance;
+      }
+      EXPECT_LT(ended, 40);
+      EXPECT_TRUE(distance == 0.0f || on_walls > 20) << on_walls; // the test is about something
     }
 }
 
