@@ -1,12 +1,13 @@
 #!/bin/bash -eu
 # Builds the harnesses for OSS-Fuzz, with their seeds, dictionaries and shared libraries.
+# KINDLING_FUZZ_TARGET=fuzz_images builds some of them, to try this script without OSS-Fuzz.
 # SPDX-License-Identifier: Apache-2.0
 # The packages' C++ libraries use libstdc++; the engine brings its own copy of libc++.
 flags=${CXXFLAGS//-stdlib=libc++/}
 build=$WORK/build
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER="$CXX" "-DCMAKE_CXX_FLAGS=$flags" \
   -DKINDLING_BUILD_FUZZ=ON "-DKINDLING_FUZZ_ENGINE=$LIB_FUZZING_ENGINE" -DKINDLING_BUILD_TESTS=OFF -DKINDLING_BUILD_BENCH=OFF
-cmake --build "$build" --target fuzz
+cmake --build "$build" --target "${KINDLING_FUZZ_TARGET:-fuzz}"
 # The machines that run the harnesses have none of the packages.
 mkdir -p "$OUT/lib"
 pack() { # FILE: copies it to $OUT with the libraries that it needs
