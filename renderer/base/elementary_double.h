@@ -1,7 +1,7 @@
 // Elementary functions of doubles that give the same bits on every machine and by every compiler.
 //
 // For what is computed once, while a scene is loaded or an image is written; elementary.h has those
-// of hot loops and the rules of both. Errors are at most 1 unit in the last place
+// of hot loops and the rules of both. Errors are at most 1.05 units in the last place
 // (tests/base/elementary_test.cpp compares them with the C library's long double).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
