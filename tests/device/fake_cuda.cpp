@@ -116,6 +116,7 @@ int cuMemAlloc_v2(unsigned long long* address, size_t bytes) {
   if (allocated_bytes + bytes > static_cast<size_t>(setting("memory", 1L << 40))) return kOutOfMemory;
   void* const memory = std::aligned_alloc(256, (bytes + 255) / 256 * 256);
   if (memory == nullptr) return kOutOfMemory;
+  std::memset(memory, 0xa5, std::min<size_t>(bytes, 1 << 20)); // whatever was there before
   allocated[memory] = bytes;
   allocated_bytes += bytes;
   *address = reinterpret_cast<unsigned long long>(memory);
