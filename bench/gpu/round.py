@@ -2,9 +2,10 @@
 """Compares images of a GPU with the CPU's to the bit, and its times; round.sh runs it.
 
 usage: round.py --out FOLDER [--program KINDLING] [--device NAME] [--parts NAME,...] [--seconds N] [--size WxH] [--spp N]
-                [--rounds N]
+                [--rounds N] [--rays N]
        round.py --collect FOLDER TO       copies the scenes of FOLDER/scenes.json, with environments, into TO
---parts: of machine, start, split, speed, images, bits (all, in this order). --seconds: no new measurement begins after that time."""
+--parts: of machine, start, split, speed, shootout, scaling, images, bits (all, in this order). --seconds: no new measurement begins
+after that time."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
@@ -24,7 +25,7 @@ sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests" / "device")]
 import renderers  # noqa: E402
 import same_images  # noqa: E402
 
-PARTS = ("machine", "start", "split", "speed", "images", "bits")
+PARTS = ("machine", "start", "split", "speed", "shootout", "scaling", "images", "bits")
 SIZES = ("64x48", "161x97", "320x180")
 AOVS = "alpha,albedo,normal,depth,position,emission,direct,indirect,variance,samples,denoising_albedo,denoising_normal"
 
@@ -53,15 +54,16 @@ class Round:
         self.ends = time.monotonic() + options.seconds
         self.found = {}
         self.folder = Path(tempfile.mkdtemp(prefix="kindling_round_"))
+        # A driver takes minutes to compile the kernels: once in a round.
+        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
 
     def is_over(self):
         return time.monotonic() > self.ends
 
-    def run(self, *arguments, environment=None):
-        """The seconds that the program took, and its error output; exits if it fails."""
+    def run(self, *arguments):
+        """The seconds that the program took, and its error output; raises RuntimeError if it fails."""
         started = time.perf_counter()
-        result = subprocess.run([self.program, *map(str, arguments)], check=False, capture_output=True, text=True,
-                                env=dict(os.environ, **(environment or {})))
+        result = subprocess.run([self.program, *map(str, arguments)], check=False, capture_output=True, text=True, env=self.environment)
         seconds = time.perf_counter() - started
         if result.returncode != 0:
             raise RuntimeError(f"kindling {' '.join(map(str, arguments))}: exit code {result.returncode}: {result.stderr.strip()}")
@@ -76,6 +78,28 @@ class Round:
         command[command.index("--threads") + 1] = flags[flags.index("--threads") + 1] if "--threads" in flags else 0
         self.run(*command, "--device", device, "--stats", stats, "--quiet")
         return image, json.loads(stats.read_text(encoding="utf-8"))
+
+    def measure(self, command, job, *flags):
+        """The report of `kindling shootout` or `kindling scaling` on a scene. Where bits differ they fail, but have written it."""
+        report = self.folder / f"{command}.json"
+        report.unlink(missing_ok=True)
+        environment = []
+        if job.environment:
+            environment = ["--env", job.environment, "--env-rotation", job.environment_rotation_deg,
+                           "--env-intensity", job.environment_intensity]
+        try:
+            self.run(command, job.scene, *environment, "--device", self.options.device, "--json", report, "--quiet", *flags)
+        except RuntimeError:
+            if not report.is_file():
+                raise
+        return json.loads(report.read_text(encoding="utf-8"))["scenes"][0]
+
+    def save(self):
+        """Writes what was found so far: the machine may be taken away at any time."""
+        page = markdown(self.found, self.options.device)
+        (self.options.out / "round.md").write_text(page, encoding="utf-8")
+        (self.options.out / "round.json").write_text(json.dumps(self.found, indent=1), encoding="utf-8")
+        return page
 
 
 def machine(the_round):
@@ -92,12 +116,11 @@ def machine(the_round):
 
 
 def start(the_round):
-    """Seconds of a render of one sample: with an empty cache of kernels, and again."""
+    """Seconds of a render of one sample: with an empty cache of kernels (unless another part came first), and again."""
     scene = ROOT / "scenes" / "cornell_box.glb"
-    cache = {"XDG_CACHE_HOME": str(the_round.folder / "cache"), "CUDA_CACHE_DISABLE": "1"}
     arguments = ("render", scene, "--size", "64x64", "--spp", 1, "-o", the_round.folder / "start.png", "--quiet", "--device")
     names = ("kernels compiled", "kernels from the cache", "again")
-    return {name: the_round.run(*arguments, the_round.options.device, environment=cache)[0] for name in names} | {
+    return {name: the_round.run(*arguments, the_round.options.device)[0] for name in names} | {
         "CPU": the_round.run(*arguments, "cpu")[0]}
 
 
@@ -126,11 +149,11 @@ def split(the_round):
 
 
 def speed(the_round):
-    """Million samples per second of the render phase: medians of rounds in turn."""
+    """Million samples per second of the render phase, without the start of the device: medians of rounds in turn."""
     options = the_round.options
     contestants = {options.device: (options.device, 0, options.spp), "CPU, all threads": ("cpu", 0, max(1, options.spp // 8)),
                    "CPU, two threads": ("cpu", 2, max(1, options.spp // 32))}
-    rates, table = {}, {}
+    rates, table = {}, the_round.found.setdefault("speed", {})
     for job in measured_jobs():
         for _ in range(options.rounds):
             for name, (device, threads, spp) in contestants.items():
@@ -138,8 +161,62 @@ def speed(the_round):
                     return table
                 _, stats = the_round.render(job, "speed", "--threads", threads, device=device, spp=spp, size=options.size)
                 width, height = map(int, options.size.split("x"))
-                rates.setdefault((job.name, name), []).append(width * height * spp / stats["phases"]["render"] * 1e-6)
+                seconds = max(stats["phases"]["render"] - stats["device"]["start_s"], 1e-9)
+                rates.setdefault((job.name, name), []).append(width * height * spp / seconds * 1e-6)
         table[job.name] = {name: statistics.median(rates[job.name, name]) for name in contestants}
+        the_round.save()
+    return table
+
+
+def shootout(the_round):
+    """Million rays per second of the device and of one thread with the kd-tree and Embree, on the same rays: geometric means over the
+    kinds of rays, and how many answers are not the kd-tree's."""
+    table = the_round.found.setdefault("shootout", {})
+    for job in measured_jobs():
+        if the_round.is_over():
+            break
+        scene = the_round.measure("shootout", job, "--accel", "kdtree,embree", "--no-embree-calls", "--rays-per-kind", the_round.options.rays,
+                                  "--repeat", 3, "--build-repeat", 1)
+        rates = {accelerator["name"]: fastest_rates(accelerator) for accelerator in scene["accelerators"]}
+        device = next(accelerator for accelerator in scene["accelerators"] if "device" in accelerator)
+        if device["fault"]:
+            raise RuntimeError(f"{job.name}: {device['name']} {device['fault']}")
+        launches = fastest_rates(device, "launch")
+        table[job.name] = {f"{name}, {kind}": rate[kind] for kind in ("camera", "bounce1", "shadow1") for name, rate in
+                           {device["name"]: launches, **{n: r for n, r in rates.items() if n != device["name"]}}.items() if kind in rate}
+        table[job.name] |= {f"{device['name']} to {name}": statistics.geometric_mean(launches[kind] / rate[kind] for kind in launches)
+                            for name, rate in rates.items() if name != device["name"]}
+        table[job.name] |= {"answers": device["device"]["answers"], "different": device["device"]["different"]}
+        the_round.save()
+    return table
+
+
+def fastest_rates(accelerator, call=None):
+    """The greatest million rays per second by kind of rays, of one form of call or of all."""
+    rates = {}
+    for row in accelerator["traversal"]:
+        if call in (None, row["call"]):
+            rates[row["rays"]] = max(rates.get(row["rays"], 0.0), row["mega_rays_per_s"])
+    return rates
+
+
+def scaling(the_round):
+    """One thread, all threads, the device, and both on one frame: million samples per second; all images must be equal."""
+    table = the_round.found.setdefault("scaling", {})
+    for job in measured_jobs():
+        if the_round.is_over():
+            break
+        scene = the_round.measure("scaling", job, "--accel", "kdtree", "--schedule", "tiles", "--size", "640x360", "--repeat", 2,
+                                  "--spp", max(1, the_round.options.spp // 8), "--threads", f"1,{max(2, os.cpu_count())}",
+                                  "--max-bounces", job.max_bounces)
+        device = scene["device"]
+        row = {f"{processor['threads']} thread{'s' if processor['threads'] > 1 else ''}": processor["samples_per_s"] * 1e-6
+               for processor in device["alone"]["processors"]}
+        row |= {"device": device["alone"]["samples_per_s"] * 1e-6, "both, start included": device["shared"]["samples_per_s"] * 1e-6,
+                "start of the device, s": device["alone"]["start_s"], "share of the processor": device["shared"]["processor_share"],
+                "different images": len(scene["mismatches"])}
+        table[job.name] = row
+        the_round.save()
     return table
 
 
@@ -186,7 +263,9 @@ def markdown(found, device):
     lines = [f"# A round of `--device {device}`", ""]
     for part, result in found.items():
         lines += [f"## {part}", ""]
-        if part == "speed" and result:
+        if part in ("shootout", "scaling"):
+            lines += scene_tables(result)
+        elif part == "speed" and result and "failed" not in result:
             names = list(next(iter(result.values())))
             ratios = [f"{names[0]} / {name}" for name in names[1:]]
             lines += ["Million samples per second.", "", f"| scene | {' | '.join(names + ratios)} |", "|---" * (1 + len(names) + len(ratios)) + "|"]
@@ -197,6 +276,19 @@ def markdown(found, device):
             lines += [f"- {name}: {f'{value:.2f} s' if isinstance(value, float) else value}" for name, value in result.items()]
         lines.append("")
     return "\n".join(lines)
+
+
+def scene_tables(result):
+    """A table with a row for each scene; notes of other kinds as a list."""
+    scenes = {name: row for name, row in result.items() if isinstance(row, dict)}
+    lines = [f"- {name}: {value}" for name, value in result.items() if name not in scenes]
+    if scenes:
+        names = list(next(iter(scenes.values())))
+        lines += [f"| scene | {' | '.join(names)} |", "|---" * (1 + len(names)) + "|"]
+        for scene, row in scenes.items():
+            values = [f"{row[name]:.2f}" if isinstance(row.get(name), float) else str(row.get(name, "-")) for name in names]
+            lines.append(f"| {scene} | {' | '.join(values)} |")
+    return lines
 
 
 def arguments():
@@ -210,6 +302,7 @@ def arguments():
     parser.add_argument("--size", default="1280x720")
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rays", type=int, default=1 << 18)
     options = parser.parse_args()
     if not options.collect and not options.out:
         parser.error("--out is missing")
@@ -229,15 +322,15 @@ def main():
     for part in options.parts.split(","):
         try:
             the_round.found[part] = globals()[part](the_round)
-        except RuntimeError as error:  # the other parts may still tell something
-            the_round.found[part] = {"failed": str(error)}
+        except (RuntimeError, OSError, LookupError, ValueError) as error:  # the other parts may still tell something
+            the_round.found.setdefault(part, {})["failed"] = str(error)
             failed = True
-        page = markdown(the_round.found, options.device)
-        (options.out / "round.md").write_text(page, encoding="utf-8")
-        (options.out / "round.json").write_text(json.dumps(the_round.found, indent=1), encoding="utf-8")
+        page = the_round.save()
     print(page)
     shutil.rmtree(the_round.folder)
     failed = failed or bool(the_round.found.get("bits", {}).get("different")) or False in the_round.found.get("split", {}).values()
+    for part, count in (("shootout", "different"), ("scaling", "different images")):
+        failed = failed or any(row[count] for row in the_round.found.get(part, {}).values() if isinstance(row, dict))
     return 1 if failed else 0
 
 

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <new>
 #include <span>
@@ -21,6 +22,9 @@ namespace kindling {
 
 // The number of paths that are followed together.
 inline constexpr uint32_t kWaveSize = 1U << 20;
+
+// Receives a line about what will take long.
+using DeviceNotice = std::function<void(const std::string&)>;
 
 // Thrown where a device does not do what it is asked for: no memory, or it is lost. The message is
 // one line.
@@ -44,6 +48,10 @@ class Device {
   virtual void upload(std::span<const std::byte> from, std::byte* to) = 0;
   virtual void download(const std::byte* from, std::span<std::byte> to) = 0;
   virtual void clear(std::byte* memory, size_t bytes) = 0; // to zero bits
+
+  // Makes kernels ready, which may take long the first time; launch() does it where this was not
+  // called. Throws DeviceError.
+  virtual void prepare(std::span<const Kernel> /*kernels*/) {}
 
   // Runs a kernel for the numbers in [0, count), in any order. `argument` is of the kernel's type
   // (kernel_list.h); pointers in it are addresses of this device.

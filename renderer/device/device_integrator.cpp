@@ -13,7 +13,13 @@ namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
                                    AovSet aovs)
-    : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {}
+    : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {
+  switch (settings.kind) {
+  case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits)); break;
+  case IntegratorKind::whitted: device.prepare(kTreeWaveKernels); break;
+  default: device.prepare(kFirstHitWaveKernels);
+  }
+}
 
 std::unique_ptr<ThreadContext> DeviceIntegrator::make_context() const {
   const bool with_surfaces = aovs_.needs_film_surface();

@@ -11,8 +11,8 @@ namespace kindling {
 // One thread at a time may render with it, since a device takes calls of one thread.
 class DeviceIntegrator final : public Integrator {
  public:
-  // Throws DeviceError. The Whitted tracer has its iterative form. The device and the world must
-  // outlive this.
+  // Copies the scene and prepares the kernels. Throws DeviceError. The Whitted tracer has its
+  // iterative form. The device and the world must outlive this.
   DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input, AovSet aovs);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;

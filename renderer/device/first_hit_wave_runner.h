@@ -5,7 +5,12 @@
 #include "renderer/device/device_wave.h"
 #include "renderer/device/kernels/first_hit_wave.h"
 
+#include <array>
+
 namespace kindling {
+
+// The kernels that its waves launch.
+inline constexpr std::array kFirstHitWaveKernels{Kernel::show_first_hit, Kernel::finish_first_hit_pixel};
 
 class FirstHitWaveRunner final : public DeviceWave {
  public:

@@ -27,6 +27,10 @@ constexpr std::array<RunKernel, kKernelCount> kKernels{
 #undef KINDLING_RUN_KERNEL
 };
 
+#define KINDLING_CHECK_ARGUMENT(name, argument) static_assert(sizeof(argument) <= kMaxArgumentBytes);
+KINDLING_KERNELS(KINDLING_CHECK_ARGUMENT)
+#undef KINDLING_CHECK_ARGUMENT
+
 class HostDevice final : public Device {
  public:
   explicit HostDevice(int threads) : arena_(threads) {}

@@ -25,9 +25,9 @@ std::optional<DeviceKind> device_kind_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-Result<std::unique_ptr<Device>> open_device(DeviceKind kind, int threads) {
+Result<std::unique_ptr<Device>> open_device(DeviceKind kind, int threads, const DeviceNotice& notice) {
   assert(needs_device(kind));
-  if (kind == DeviceKind::gpu) return open_cuda_device();
+  if (kind == DeviceKind::gpu) return open_cuda_device(notice);
   return make_host_device(threads);
 }
 

@@ -29,7 +29,8 @@ inline constexpr std::array kDeviceKinds{DeviceKind::cpu, DeviceKind::host, Devi
 [[nodiscard]] std::string_view device_kind_name(DeviceKind kind);
 [[nodiscard]] std::optional<DeviceKind> device_kind_from_name(std::string_view name);
 
-// Opens a device; `kind` is host or gpu. `threads`: of the host device, at least 1.
-[[nodiscard]] Result<std::unique_ptr<Device>> open_device(DeviceKind kind, int threads);
+// Opens a device; `kind` is host or gpu. `threads`: of the host device, at least 1. `notice` may be
+// null; what it refers to must outlive the device.
+[[nodiscard]] Result<std::unique_ptr<Device>> open_device(DeviceKind kind, int threads, const DeviceNotice& notice);
 
 } // namespace kindling

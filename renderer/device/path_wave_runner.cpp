@@ -20,6 +20,13 @@ uint64_t path_wave_bytes(uint32_t samples, AovSet aovs) {
   return samples * (of_sample + of_pixel + of_block) + sizeof(WaveLosses) + sizeof(uint64_t);
 }
 
+std::vector<Kernel> path_wave_kernels(bool filters_hits) {
+  if (filters_hits)
+    return {Kernel::begin_path, Kernel::intersect, Kernel::shade, Kernel::trace_shadow, Kernel::finish_pixel};
+  return {Kernel::begin_path, Kernel::intersect_opaque, Kernel::shade, Kernel::trace_shadow_opaque,
+          Kernel::finish_pixel};
+}
+
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, bool with_surfaces)
     : DeviceWave(on, world, with_surfaces), filters_hits_(world.filters_hits), states_(on, capacity()),
       media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity()), hits_(on, capacity()),

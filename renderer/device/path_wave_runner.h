@@ -5,11 +5,16 @@
 #include "renderer/device/device_wave.h"
 #include "renderer/device/kernels/path_wave.h"
 
+#include <vector>
+
 namespace kindling {
 
 // Returns the bytes on a device that waves of `samples` paths take, at most: one sample for each
 // pixel.
 [[nodiscard]] uint64_t path_wave_bytes(uint32_t samples, AovSet aovs);
+
+// The kernels that waves launch. `filters_hits`: World::filters_hits.
+[[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits);
 
 class PathWaveRunner final : public DeviceWave {
  public:

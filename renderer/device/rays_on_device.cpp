@@ -38,13 +38,20 @@ RaysOnDevice::RaysOnDevice(Device& device, const accel::Accelerator& accelerator
   tree_ = DeviceArray<std::byte>(device, bytes_of(batch_.tree));
   Arena arena(device, tree_.data());
   arena.place_arrays(batch_.tree);
+  device.prepare(std::array{Kernel::nearest_hit, Kernel::any_hit});
 }
 
 void RaysOnDevice::set_rays(std::span<const accel::Ray> rays) {
   assert(rays.size() <= std::numeric_limits<uint32_t>::max());
-  rays_ = DeviceArray<accel::Ray>(*device_, rays.size());
-  hits_ = DeviceArray<accel::Hit>(*device_, rays.size());
-  are_blocked_ = DeviceArray<uint32_t>(*device_, rays.size());
+  count_ = static_cast<uint32_t>(rays.size());
+  if (rays_.size() < rays.size()) {
+    rays_ = {}; // first, so that its memory can be taken again
+    hits_ = {};
+    are_blocked_ = {};
+    rays_ = DeviceArray<accel::Ray>(*device_, rays.size());
+    hits_ = DeviceArray<accel::Hit>(*device_, rays.size());
+    are_blocked_ = DeviceArray<uint32_t>(*device_, rays.size());
+  }
   rays_.upload(rays);
   batch_.rays = rays_.data();
   batch_.hits = hits_.data();
@@ -52,15 +59,15 @@ void RaysOnDevice::set_rays(std::span<const accel::Ray> rays) {
 }
 
 void RaysOnDevice::find_nearest_hits() {
-  device_->launch(Kernel::nearest_hit, std::as_bytes(std::span(&batch_, 1)), static_cast<uint32_t>(rays_.size()));
+  device_->launch(Kernel::nearest_hit, std::as_bytes(std::span(&batch_, 1)), count_);
   std::array<accel::Hit, 1> first;
-  if (hits_.size() > 0) hits_.download(first); // waits
+  if (count_ > 0) hits_.download(first); // waits
 }
 
 void RaysOnDevice::find_any_hits() {
-  device_->launch(Kernel::any_hit, std::as_bytes(std::span(&batch_, 1)), static_cast<uint32_t>(rays_.size()));
+  device_->launch(Kernel::any_hit, std::as_bytes(std::span(&batch_, 1)), count_);
   std::array<uint32_t, 1> first{};
-  if (are_blocked_.size() > 0) are_blocked_.download(first); // waits
+  if (count_ > 0) are_blocked_.download(first); // waits
 }
 
 } // namespace kindling

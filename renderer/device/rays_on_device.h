@@ -26,7 +26,8 @@ class RaysOnDevice {
   RaysOnDevice(Device& device, const accel::Accelerator& accelerator);
 
   [[nodiscard]] size_t tree_bytes() const { return tree_.size(); }
-  // Copies rays, at most 2^32 - 1, for the queries that follow.
+  // Copies rays, at most 2^32 - 1, for the queries that follow. Memory is taken for the largest
+  // number of rays so far.
   void set_rays(std::span<const accel::Ray> rays);
   // Traces all rays, and returns when that is done.
   void find_nearest_hits();
@@ -37,6 +38,7 @@ class RaysOnDevice {
 
  private:
   Device* device_;
+  uint32_t count_ = 0; // of rays
   DeviceArray<std::byte> tree_;
   DeviceArray<accel::Ray> rays_;
   DeviceArray<accel::Hit> hits_;

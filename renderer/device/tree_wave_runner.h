@@ -6,7 +6,13 @@
 #include "renderer/device/kernels/tree_wave.h"
 #include "renderer/integrator/whitted_settings.h"
 
+#include <array>
+
 namespace kindling {
+
+// The kernels that its waves launch.
+inline constexpr std::array kTreeWaveKernels{Kernel::begin_tree, Kernel::take_node, Kernel::trace_node,
+                                             Kernel::finish_tree_pixel};
 
 class TreeWaveRunner final : public DeviceWave {
  public:

@@ -3,6 +3,7 @@
 #include "renderer/session/place_integrator.h"
 
 #include "renderer/device/device_integrator.h"
+#include "renderer/device/failure_reason.h"
 #include "renderer/device/make_device.h"
 #include "renderer/device/scene_on_device.h"
 #include "renderer/integrator/path_integrator.h"
@@ -11,20 +12,15 @@
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
 
-#include <string_view>
 #include <utility>
 
 namespace kindling {
 namespace {
 
-// Returns a message of a GPU without its advice to use the CPU, which is what happens.
-std::string reason_of(std::string_view message) {
-  return std::string(message.substr(0, message.find("; use --device cpu")));
-}
-
-Result<std::unique_ptr<Device>> open_checked(DeviceKind kind, const World& world, int threads) {
+Result<std::unique_ptr<Device>> open_checked(DeviceKind kind, const World& world, int threads,
+                                             const DeviceNotice& notice) {
   if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
-  return open_device(kind, threads);
+  return open_device(kind, threads, notice);
 }
 
 PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const RenderSettings& settings,
@@ -47,7 +43,7 @@ PlacedIntegrator place_on(std::unique_ptr<Device> device, const World& world, co
   auto integrator = std::make_unique<DeviceIntegrator>(
       *device, settings.integrator,
       DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter}, settings.aovs);
-  DeviceUse use{device->name(), integrator->scene_bytes(), {}};
+  DeviceUse use{device->name(), integrator->scene_bytes(), {}, 0.0};
   return {std::move(device), std::move(integrator), std::move(use)};
 }
 
@@ -57,20 +53,20 @@ Sampler make_sampler(const RenderSettings& settings) {
   return Sampler(settings.seed, settings.sampler, settings.planned());
 }
 
-Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings,
-                                 int threads) {
+Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings, int threads,
+                                 const DeviceNotice& notice) {
   if (settings.device == DeviceKind::cpu) return OpenedDevice{};
   if (settings.device != DeviceKind::automatic) {
-    Result<std::unique_ptr<Device>> device = open_checked(settings.device, world, threads);
+    Result<std::unique_ptr<Device>> device = open_checked(settings.device, world, threads, notice);
     if (!device) return device.error();
     return OpenedDevice{std::move(device).value(), {}};
   }
   RenderSettings on_gpu = settings;
   on_gpu.device = DeviceKind::gpu;
   if (const Result<void> checked = check_settings(on_gpu, camera); !checked)
-    return OpenedDevice{nullptr, reason_of(checked.error().message)};
-  Result<std::unique_ptr<Device>> device = open_checked(DeviceKind::gpu, world, threads);
-  if (!device) return OpenedDevice{nullptr, reason_of(device.error().message)};
+    return OpenedDevice{nullptr, failure_reason(checked.error().message)};
+  Result<std::unique_ptr<Device>> device = open_checked(DeviceKind::gpu, world, threads, notice);
+  if (!device) return OpenedDevice{nullptr, failure_reason(device.error().message)};
   return OpenedDevice{std::move(device).value(), {}};
 }
 
@@ -82,7 +78,7 @@ PlacedIntegrator place_integrator(OpenedDevice opened, const World& world, const
   try {
     return place_on(std::move(opened.device), world, camera, settings, guide);
   } catch (const DeviceError& error) {
-    return place_on_cpu(world, camera, settings, guide, reason_of(error.what()));
+    return place_on_cpu(world, camera, settings, guide, failure_reason(error.what()));
   }
 }
 

@@ -26,9 +26,9 @@ struct OpenedDevice {
 // Opens the device of a render whose settings have passed check_settings(). DeviceKind::automatic
 // takes the GPU if it can be opened and renders the world with these settings, else the CPU. Fails
 // on what the device that is asked for cannot do (usage), and if it cannot be opened
-// (render_failed). `threads`: at least 1.
+// (render_failed). `threads`: at least 1. `notice` may be null.
 [[nodiscard]] Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings,
-                                               int threads);
+                                               int threads, const DeviceNotice& notice);
 
 struct PlacedIntegrator {
   std::unique_ptr<Device> device; // null for the CPU

@@ -37,6 +37,10 @@ bool all_done(const RenderSettings& settings, const Coverage& coverage) {
   return true;
 }
 
+double seconds_since(RenderLoop::Clock::time_point start) {
+  return std::chrono::duration<double>(RenderLoop::Clock::now() - start).count();
+}
+
 // Returns the minimum sample count of the blocks that lack samples.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleRange wanted = settings.wanted_samples();
@@ -76,8 +80,11 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   }
   const auto start = RenderLoop::Clock::now();
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
-  Result<OpenedDevice> device = open_device(world, camera, settings, threads);
+  Result<OpenedDevice> device = open_device(world, camera, settings, threads, [listener](const std::string& line) {
+    if (listener != nullptr) listener->on_warning(line);
+  });
   if (!device) return device.error();
+  const double opened_s = seconds_since(start);
   std::optional<RenderState> state = std::exchange(continuity.resume_from, std::nullopt);
   const bool saves = static_cast<bool>(continuity.save);
   const RenderStops stops{
@@ -104,10 +111,12 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   PlacedIntegrator placed;
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
+    const auto placing = RenderLoop::Clock::now();
     placed = place_integrator(std::move(device).value(), world, camera, settings, trained.guide.get());
     statistics.device = placed.use;
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
                  trained.busy_s);
+    if (placed.device) statistics.device.start_s = opened_s + seconds_since(placing);
     loop->run(statistics);
   } catch (const DeviceError& error) {
     return Error{ErrorKind::render_failed, error.what()};

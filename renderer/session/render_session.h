@@ -82,6 +82,7 @@ struct DeviceUse {
   std::string name = "cpu";
   uint64_t scene_bytes = 0; // 0 for the CPU
   std::string why_cpu;      // with DeviceKind::automatic, if no GPU rendered: the reason
+  double start_s = 0.0;     // part of the render phase: until the device had the scene; 0 for the CPU
 };
 
 struct RenderStatistics {

@@ -202,6 +202,7 @@ TEST(ScalingReport, FindsDifferentImages) {
   report.scenes[0].accelerators[0].renders[4].samples[1].hash = 8;
   const std::vector<ImageMismatch> found = find_mismatches(report.scenes[0]);
   ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].renderer, "kdtree");
   EXPECT_EQ(found[0].schedule, Schedule::regions);
   EXPECT_EQ(found[0].threads, 2);
   EXPECT_EQ(found[0].round, 1U);

@@ -45,6 +45,31 @@ class HostDevice(unittest.TestCase):
         self.assertEqual(set(found["start"]), {"kernels compiled", "kernels from the cache", "again", "CPU"})
         self.assertIn("## split", (self.folder / "round.md").read_text(encoding="utf-8"))
 
+    def test_races_and_shared_frames_are_measured(self):
+        round_folder = self.folder / "round"  # as round.sh packs it: the scripts beside the scenes
+        for name in ("bench/gpu/round.py", "bench/renderers.py", "tests/device/same_images.py"):
+            (round_folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (round_folder / name).write_bytes((BENCH.parent / name).read_bytes())
+        measured = round_folder / "measured"
+        measured.mkdir()
+        (measured / "box.glb").write_bytes((SCENES / "cornell_box.glb").read_bytes())
+        (measured / "scenes.json").write_text(json.dumps({"box": {"file": "box.glb", "max_bounces": 2}}))
+        out = self.folder / "out"
+        result = subprocess.run([sys.executable, "-B", round_folder / "bench/gpu/round.py", "--out", out, "--device", "host", "--program", PROGRAM,
+                                 "--parts", "shootout,scaling", "--rays", "500", "--spp", "8", "--seconds", "60"],
+                                check=False, capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        found = json.loads((out / "round.json").read_text(encoding="utf-8"))
+        race, shared = found["shootout"]["box"], found["scaling"]["box"]
+        self.assertEqual((race["answers"], race["different"], shared["different images"]), (3500, 0, 0))
+        for name in ("kdtree on host, bounce1", "embree, shadow1", "kdtree on host to kdtree"):
+            self.assertGreater(race[name], 0, name)
+        for name in ("1 thread", "device", "both, start included"):
+            self.assertGreater(shared[name], 0, name)
+        page = (out / "round.md").read_text(encoding="utf-8")
+        self.assertIn("| scene | kdtree on host, camera |", page)
+        self.assertIn("| box | ", page)
+
     def test_other_bits_are_found(self):
         other = self.folder / "other"
         other.write_text(f'#!/bin/sh\ncase "$*" in *"--device host"*) exec {PROGRAM} "$@" --max-bounces 1;; esac\nexec {PROGRAM} "$@"\n')
@@ -75,6 +100,11 @@ class HostDevice(unittest.TestCase):
 
 
 class Page(unittest.TestCase):
+    def test_scenes_have_rows_and_failures_are_named(self):
+        page = round_script.markdown({"shootout": {"a": {"gpu": 1.5, "different": 0}, "b": {"gpu": 2.0}, "failed": "lost"}}, "gpu")
+        self.assertIn("- failed: lost\n| scene | gpu | different |\n|---|---|---|\n| a | 1.50 | 0 |\n| b | 2.00 | - |", page)
+        self.assertIn("- failed: lost", round_script.markdown({"speed": {"failed": "lost"}}, "gpu"))
+
     def test_speeds_have_their_ratios(self):
         page = round_script.markdown({"speed": {"dragon": {"gpu": 260.0, "CPU, two threads": 3.25}}}, "gpu")
         self.assertIn("| dragon | 260.00 | 3.25 | 80.0 |", page)

@@ -1,6 +1,7 @@
 // Renders on a GPU whose driver is a stand-in: its images, its failures, and what it leaves behind.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/cuda/cuda_device.h"
+#include "renderer/device/cuda/kernel_cache.h"
 #include "renderer/device/kernels/all_kernels.h"
 #include "renderer/session/render_session.h"
 #include "tests/session/mixed_scene.h"
@@ -75,11 +76,12 @@ class Gpu : public testing::Test {
     return outcome.error().message;
   }
   // Renders, and returns how often kernels were compiled for it.
-  long compilations() {
+  size_t compilations() { return compilations(settings(1)); }
+  size_t compilations(const RenderSettings& here) {
     const auto count = reinterpret_cast<long (*)()>(dlsym(library_, "fake_cuda_compilations"));
     const long before = count();
-    EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, nullptr).ok());
-    return count() - before;
+    EXPECT_TRUE(render(*world_, gpu_camera(), here, nullptr, nullptr).ok());
+    return static_cast<size_t>(count() - before);
   }
   [[nodiscard]] std::vector<std::filesystem::path> cached() const {
     std::vector<std::filesystem::path> files;
@@ -89,6 +91,8 @@ class Gpu : public testing::Test {
     return files;
   }
   void expect_message(const std::string& part) { EXPECT_NE(message().find(part), std::string::npos) << message(); }
+
+  static constexpr size_t kOfPaths = 5; // kernels that a render by the path tracer needs
 
   std::unique_ptr<const World> world_ = mixed_world(accel::Kind::kdtree);
   const std::filesystem::path cache_ =
@@ -124,37 +128,74 @@ TEST_F(Gpu, EachFailureToStartHasItsMessage) {
   expect_message("libm.so.6 lacks the function cuInit");
 }
 
+// A render compiles the kernels that it launches, each by itself.
 TEST_F(Gpu, KernelsAreCompiledOnceForEachDriver) {
-  EXPECT_EQ(compilations(), 1);
-  ASSERT_EQ(cached().size(), 1U);
+  EXPECT_EQ(compilations(), kOfPaths);
+  ASSERT_EQ(cached().size(), kOfPaths);
   EXPECT_NE(cached()[0].filename().string().find("sm_90-cuda_13000-"), std::string::npos) << cached()[0];
-  EXPECT_EQ(compilations(), 0);
+  EXPECT_EQ(compilations(), 0U);
   fail("version=13010");
-  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(compilations(), kOfPaths);
   fail("version=13010 capability=80");
-  EXPECT_EQ(compilations(), 1);
-  EXPECT_EQ(cached().size(), 3U);
+  EXPECT_EQ(compilations(), kOfPaths);
+  EXPECT_EQ(cached().size(), 3 * kOfPaths);
+}
+
+TEST_F(Gpu, IntegratorsShareTheCache) {
+  EXPECT_EQ(compilations(), kOfPaths);
+  RenderSettings other = settings(1);
+  other.aovs = {};
+  other.integrator.kind = IntegratorKind::ambient_occlusion;
+  EXPECT_EQ(compilations(other), 2U);
+  EXPECT_EQ(compilations(other), 0U);
+  EXPECT_EQ(compilations(), 0U);
+}
+
+TEST_F(Gpu, ACompilationIsAnnounced) {
+  class Warnings final : public ProgressListener {
+   public:
+    void on_progress(const ProgressSnapshot&) override {}
+    void on_warning(std::string_view message) override { messages.emplace_back(message); }
+    void on_info(std::string_view) override {}
+    std::vector<std::string> messages;
+  };
+  Warnings first, second;
+  EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, &first).ok());
+  ASSERT_EQ(first.messages.size(), 1U);
+  EXPECT_NE(first.messages[0].find("Fake GPU: its driver compiles 5 kernels once"), std::string::npos)
+      << first.messages[0];
+  EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, &second).ok());
+  EXPECT_TRUE(second.messages.empty());
 }
 
 TEST_F(Gpu, DamagedKernelsAreCompiledAgain) {
-  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(compilations(), kOfPaths);
   std::ofstream(cached().at(0)) << "damaged";
-  EXPECT_EQ(compilations(), 1);
-  EXPECT_EQ(compilations(), 0);
+  std::ofstream(cached().at(1)).flush(); // empty
+  EXPECT_EQ(compilations(), 2U);
+  EXPECT_EQ(compilations(), 0U);
 }
 
 TEST_F(Gpu, ACacheThatCannotBeWrittenIsNoError) {
   setenv("XDG_CACHE_HOME", "/proc/nowhere", 1);
-  EXPECT_EQ(compilations(), 1);
-  EXPECT_EQ(compilations(), 1);
+  EXPECT_EQ(compilations(), kOfPaths);
+  EXPECT_EQ(compilations(), kOfPaths);
 }
 
-TEST_F(Gpu, TheCacheKeepsEightFiles) {
-  for (int version = 0; version < 10; ++version) {
+TEST_F(Gpu, TheCacheIsBounded) {
+  for (int version = 0; version < 14; ++version) {
     fail("version=" + std::to_string(12000 + 10 * version));
-    EXPECT_EQ(compilations(), 1);
+    EXPECT_EQ(compilations(), kOfPaths);
   }
-  EXPECT_EQ(cached().size(), 8U);
+  EXPECT_EQ(cached().size(), kMaxCachedKernels);
+}
+
+TEST_F(Gpu, AGpuThatIsTakenIsPassedOver) {
+  fail("devices=2 unavailable=1");
+  EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, nullptr).ok());
+  fail("devices=2 unavailable=2");
+  expect_message(
+      "knows none that can render (Fake GPU: starting it failed: a failure (CUDA_ERROR_DEVICE_UNAVAILABLE))");
 }
 
 TEST_F(Gpu, LackOfMemoryIsReportedWithFigures) {

@@ -1,4 +1,4 @@
-// The flag that names the device of a render.
+// Flags that name a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,18 @@ void add_device_flag(FlagSet& flags, Device& device, std::string_view otherwise)
   flags.value("--device", "NAME", help, [&device, names](auto text) -> Result<void> {
     const std::optional<DeviceKind> kind = device_kind_from_name(text);
     if (!kind) return unknown_name("device", text, names);
+    device = *kind;
+    return {};
+  });
+}
+
+// A device that is measured beside the processor: host or gpu. `help` names what it does.
+inline void add_measured_device_flag(FlagSet& flags, std::optional<DeviceKind>& device, std::string_view help) {
+  const std::vector<std::string> names{std::string(device_kind_name(DeviceKind::host)),
+                                       std::string(device_kind_name(DeviceKind::gpu))};
+  flags.value("--device", "host|gpu", fmt::format("{} [none]", help), [&device, names](auto text) -> Result<void> {
+    const std::optional<DeviceKind> kind = device_kind_from_name(text);
+    if (!kind || !needs_device(*kind)) return unknown_name("device", text, names);
     device = *kind;
     return {};
   });

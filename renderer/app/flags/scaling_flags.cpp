@@ -1,6 +1,7 @@
 // The flags of `kindling scaling`.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/device_flag.h"
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/options.h"
@@ -149,6 +150,10 @@ void add_scaling_flags(FlagSet& flags, ScalingOptions& o) {
       fmt::format("Distribution of work: tiles to whichever thread is free, regions: one rectangle per thread [{}]",
                   join_schedules(o.schedules)),
       [&o](auto text) { return set_schedules(text, o.schedules); });
+  add_measured_device_flag(flags, o.device,
+                           "Measure a device too, alone and with the processor on one frame, with the images of the "
+                           "first kd-tree of --accel: an NVIDIA GPU, or the kernels for GPUs run on the processor (a "
+                           "test)");
   flags.value("--repeat", "N",
               fmt::format("Rounds over all combinations [{}; {} with --quick]", o.repeat, kQuickRepeat),
               [&o](auto text) { return store(parse_integer(text, 1, 1000), o.repeat); });
@@ -189,6 +194,9 @@ Result<void> check_scaling_flags(const FlagSet& flags, ScalingOptions& o) {
     o.accelerators.resize(1);
     o.accelerators.front().kind = o.image.accelerator;
   }
+  if (o.device && std::none_of(o.accelerators.begin(), o.accelerators.end(),
+                               [](const AcceleratorVariant& variant) { return variant.kind == accel::Kind::kdtree; }))
+    return usage_error("--device: a device renders with the kd-tree alone; use --accel kdtree");
   if (o.quick && !flags.given("--repeat")) o.repeat = kQuickRepeat;
   // Adaptive sampling chooses its samples itself.
   const bool counted = flags.given("--spp") || o.image.adaptive.enabled();

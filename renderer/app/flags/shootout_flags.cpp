@@ -1,6 +1,7 @@
 // The flags of `kindling shootout`.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/command_flags.h"
+#include "renderer/app/flags/device_flag.h"
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/scene_flags.h"
 #include "renderer/app/options/options.h"
@@ -64,6 +65,10 @@ void add_shootout_flags(FlagSet& flags, ShootoutOptions& o) {
                           "race: seconds, or 90s, 5m [{}]",
                           format_duration(o.plugin_time_limit_s)),
               [&o](auto text) { return store(parse_duration(text), o.plugin_time_limit_s); });
+  add_measured_device_flag(flags, o.device,
+                           "Race a device too, which traces all rays of a kind in one launch with the first kd-tree of "
+                           "--accel: an NVIDIA GPU, "
+                           "or the kernels for GPUs run on the processor (a test)");
   flags.value("--isa", "SIMD",
               "Race as on a processor with no more than this instruction set: sse2, sse4.2, avx, avx2 or avx512 [the "
               "processor's best]",
@@ -140,6 +145,8 @@ Result<void> check_shootout_flags(const FlagSet& flags, ShootoutOptions& o) {
         fmt::format("--record-rays: '{}': rays are recorded to .kray files", o.record_rays_file.string()));
   if (flags.given("--plugin-time-limit") && o.plugins.empty())
     return usage_error("--plugin-time-limit: has no meaning without --plugin");
+  if (o.device && o.clock == ShootoutClock::cpu)
+    return usage_error("--clock cpu: a device is measured in wall time; leave out --clock or --device");
   if (flags.given("--heat-map") && o.html_file.empty()) return usage_error("--heat-map: has no meaning without --html");
   if (o.view.quiet && o.view.verbose) return usage_error("--quiet and --verbose: give one of them");
   const std::array files{&o.json_file, &o.csv_file, &o.html_file, &o.rays_file, &o.record_rays_file};

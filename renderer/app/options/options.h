@@ -11,6 +11,7 @@
 #include "renderer/app/tev/tev_address.h"
 #include "renderer/base/math.h"
 #include "renderer/base/result.h"
+#include "renderer/device/make_device.h"
 #include "renderer/distributed/work_parts.h"
 #include "renderer/film/cryptomatte.h"
 #include "renderer/session/checkpoint.h"
@@ -93,6 +94,7 @@ struct ShootoutOptions {
                                                {accel::Kind::kdtree}};
   std::vector<PluginSpec> plugins;
   double plugin_time_limit_s = 60.0;    // for each build and each pass over a set of rays
+  std::optional<DeviceKind> device;     // host or gpu, which traces all rays of a set together; unset: none
   std::optional<accel::SimdTarget> isa; // for accelerators that name no instruction set
   uint32_t rays_per_kind = 1 << 17;
   uint32_t batch_size = 256;
@@ -149,6 +151,7 @@ struct ScalingOptions {
   std::vector<int> thread_counts; // increasing from 1; empty: default_thread_counts(max_threads)
   int max_threads = 0;            // 0: all cores
   std::vector<Schedule> schedules{Schedule::tiles, Schedule::regions};
+  std::optional<DeviceKind> device; // host or gpu, measured beside the processor; unset: none
   uint32_t repeat = 3;
   std::optional<double> seconds; // sets the samples per pixel by the time of one thread; unset: those of `image`
   bool quick = false;

@@ -33,7 +33,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                         {"converged", s.converged_share}};
   json["seed"] = r.seed;
   json["threads"] = s.threads;
-  json["device"] = {{"name", s.device.name}, {"scene_bytes", s.device.scene_bytes}};
+  json["device"] = {{"name", s.device.name}, {"scene_bytes", s.device.scene_bytes}, {"start_s", s.device.start_s}};
   if (!s.device.why_cpu.empty()) json["device"]["why_cpu"] = s.device.why_cpu;
   json["integrator"] = r.integrator;
   json["view"] = r.view;

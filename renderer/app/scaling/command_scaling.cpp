@@ -4,6 +4,7 @@
 
 #include "renderer/app/output/file_conflicts.h"
 #include "renderer/app/output/outputs.h"
+#include "renderer/app/scaling/scaling_device.h"
 #include "renderer/app/scaling/scaling_measure.h"
 #include "renderer/app/scaling/scaling_report.h"
 #include "renderer/app/terminal/exit_code.h"
@@ -99,6 +100,11 @@ class ScalingCommand {
 
   Result<int> run() {
     if (Result<void> checked = check(); !checked.ok()) return checked.error();
+    if (options_.device) {
+      Result<std::string> name = try_device(*options_.device, [this](const std::string& line) { console_.note(line); });
+      if (!name.ok()) return name.error();
+      device_name_ = std::move(name).value();
+    }
     for (const fs::path& file : options_.scene_files) {
       Result<SceneScaling> scene = measure_scene(file);
       progress_.clear();
@@ -121,10 +127,8 @@ class ScalingCommand {
     if (signals_.received() != 0) return exit_code_of_signal(signals_.received());
     for (const SceneScaling& scene : report_.scenes)
       if (!find_mismatches(scene).empty())
-        return Error{
-            ErrorKind::render_failed,
-            scene.file +
-                ": the image depends on the number of threads or on the schedule, which is an error in Kindling"};
+        return Error{ErrorKind::render_failed, scene.file + ": the image depends on the number of threads, the "
+                                                            "schedule or the device, which is an error in Kindling"};
     return kExitOk;
   }
 
@@ -223,6 +227,13 @@ class ScalingCommand {
       for (const Schedule schedule : report_.schedules)
         for (const int threads : report_.thread_counts) accelerator.renders.push_back({threads, schedule, {}});
     }
+    if (options_.device) {
+      const auto tree =
+          std::find_if(options_.accelerators.begin(), options_.accelerators.end(),
+                       [](const AcceleratorVariant& variant) { return variant.kind == accel::Kind::kdtree; });
+      scene.device = DeviceScaling{
+          *options_.device, device_name_, static_cast<size_t>(tree - options_.accelerators.begin()), {}, {}};
+    }
     const std::vector<ScalingStep> steps = scaling_steps(options_.repeat, scene.accelerators.size(),
                                                          report_.thread_counts.size(), report_.schedules.size());
     double expected = 0.0;
@@ -256,6 +267,38 @@ class ScalingCommand {
       if (!sample.ok()) return sample.error();
       accelerator.renders[schedule * report_.thread_counts.size() + step.threads].samples.push_back(sample.value());
     }
+    const bool is_largest_count = step.threads + 1 == report_.thread_counts.size();
+    if (scene.device && scene.device->accelerator == step.accelerator && is_largest_count)
+      return measure_device_step(*stage.value(), scene, show);
+    return {};
+  }
+
+  // Measures the device alone, and with the processor.
+  template <typename Show>
+  Result<void> measure_device_step(const ScalingStage& stage, SceneScaling& scene, const Show& show) {
+    DeviceScaling& device = *scene.device;
+    const int threads = report_.thread_counts.back();
+    const std::string name = device_renderer(device, false);
+    if (device.alone.empty() && signals_.received() == 0) { // as for the processor
+      show(name + ", warming up");
+      if (Result<DeviceSample> warm = measure_device(stage, options_.image, 1, device.kind, threads); !warm.ok())
+        return warm.error();
+    }
+    if (signals_.received() != 0) return {};
+    show(name);
+    Result<DeviceSample> alone = measure_device(stage, options_.image, scene.samples_per_pixel, device.kind, threads);
+    if (!alone.ok()) return alone.error();
+    device.alone.push_back(alone.value());
+    if (signals_.received() != 0) return {};
+    show(device_renderer(device, true));
+    // One thread leads the device.
+    const RenderRow* processor = find_row(scene.accelerators[device.accelerator], report_.schedules.front(), threads);
+    const double threads_s =
+        processor->samples.empty() ? 0.0 : processor->samples.back().time.wall_s * threads / std::max(1, threads - 1);
+    Result<SharedSample> shared = measure_shared(stage, options_.image, scene.samples_per_pixel, device.kind,
+                                                 std::max(1, threads - 1), balanced_share(device, threads_s));
+    if (!shared.ok()) return shared.error();
+    device.shared.push_back(shared.value());
     return {};
   }
 
@@ -266,6 +309,7 @@ class ScalingCommand {
   SignalGuard signals_;
   ScalingProgress progress_;
   ScalingReport report_;
+  std::string device_name_; // of --device
 };
 
 } // namespace

@@ -72,6 +72,44 @@ Json phases_json(const SceneScaling& scene) {
   return json;
 }
 
+// The summary of the times, and the hashes of the images.
+template <typename Samples, typename Time>
+Json device_times_json(const Samples& samples, const Time& time) {
+  std::vector<double> times_s;
+  Json images = Json::array();
+  for (const auto& sample : samples) {
+    times_s.push_back(time(sample));
+    images.push_back(format_hash(sample.hash));
+  }
+  Json json = summary_json(times_s);
+  json["images"] = std::move(images);
+  return json;
+}
+
+Json scaling_device_json(const ScalingReport& report, const SceneScaling& scene) {
+  const DeviceScaling& device = *scene.device;
+  const DeviceSummary s = summarize_device(report, scene);
+  Json json = {{"kind", device_kind_name(device.kind)},
+               {"name", device.name},
+               {"accelerator", scene.accelerators[device.accelerator].variant.name()},
+               {"scene_bytes", device.alone.empty() ? 0 : device.alone.back().scene_bytes}};
+  json["alone"] = device_times_json(device.alone, [](const DeviceSample& sample) { return sample.time.wall_s; });
+  json["alone"].update({{"start_s", s.start_s}, {"samples_per_s", s.samples_per_s}, {"rays_per_s", s.rays_per_s}});
+  json["alone"]["processors"] = Json::array();
+  for (const DeviceSummary::Processor& p : s.processors)
+    json["alone"]["processors"].push_back(
+        {{"threads", p.threads}, {"samples_per_s", p.samples_per_s}, {"ratio", p.ratio}});
+  json["shared"] = device_times_json(device.shared, [](const SharedSample& sample) { return sample.wall_s; });
+  json["shared"].update({{"threads", device.shared.empty() ? 0 : device.shared.back().threads},
+                         {"processor_share", s.processor_share},
+                         {"processor_s", s.processor_s},
+                         {"device_s", s.device_s},
+                         {"merge_s", s.merge_s},
+                         {"samples_per_s", s.shared_samples_per_s},
+                         {"speedup", s.shared_speedup}});
+  return json;
+}
+
 Json scaling_scene_json(const ScalingReport& report, const SceneScaling& scene) {
   Json json;
   json["file"] = scene.file;
@@ -90,11 +128,12 @@ Json scaling_scene_json(const ScalingReport& report, const SceneScaling& scene) 
   json["accelerators"] = Json::array();
   for (const AcceleratorScaling& accelerator : scene.accelerators)
     json["accelerators"].push_back(scaling_accelerator_json(report, accelerator));
+  json["device"] = scene.device ? scaling_device_json(report, scene) : Json();
   json["preparation"] = phases_json(scene);
   json["mismatches"] = Json::array();
   for (const ImageMismatch& m : find_mismatches(scene))
-    json["mismatches"].push_back({{"accelerator", scene.accelerators[m.accelerator].variant.name()},
-                                  {"schedule", schedule_name(m.schedule)},
+    json["mismatches"].push_back({{"accelerator", m.renderer},
+                                  {"schedule", m.schedule ? Json(schedule_name(*m.schedule)) : Json()},
                                   {"threads", m.threads},
                                   {"round", m.round}});
   return json;

@@ -87,17 +87,6 @@ Result<void> prepare(const RenderOptions& options, ProgressListener& listener, S
   return {};
 }
 
-// Hashes the bits of the film's image (splitmix64's finalizer, Steele, Lea and Flood 2014).
-uint64_t hash_film(const Film& film) {
-  uint64_t hash = 0x9e3779b97f4a7c15ULL;
-  for (const float value : film.resolve_rgba()) {
-    hash = (hash ^ std::bit_cast<uint32_t>(value)) * 0xbf58476d1ce4e5b9ULL;
-    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebULL;
-    hash ^= hash >> 31;
-  }
-  return hash;
-}
-
 } // namespace
 
 Result<std::unique_ptr<ScalingStage>> prepare_stage(const RenderOptions& options, int threads,
@@ -140,6 +129,17 @@ Result<RenderSample> measure_render(const ScalingStage& stage, const RenderOptio
       !failure.empty())
     return Error{ErrorKind::input_output, "--texture-memory: textures could not be read back: " + failure};
   return sample;
+}
+
+// By splitmix64's finalizer (Steele, Lea and Flood 2014).
+uint64_t hash_film(const Film& film) {
+  uint64_t hash = 0x9e3779b97f4a7c15ULL;
+  for (const float value : film.resolve_rgba()) {
+    hash = (hash ^ std::bit_cast<uint32_t>(value)) * 0xbf58476d1ce4e5b9ULL;
+    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebULL;
+    hash ^= hash >> 31;
+  }
+  return hash;
 }
 
 uint32_t samples_for(double seconds, double sample_s) {

@@ -8,6 +8,7 @@
 #include "renderer/base/result.h"
 #include "renderer/facade/render_scene.h"
 #include "renderer/facade/render_stage.h"
+#include "renderer/film/film.h"
 
 #include <memory>
 #include <vector>
@@ -30,6 +31,9 @@ struct ScalingStage {
 [[nodiscard]] Result<RenderSample> measure_render(const ScalingStage& stage, const RenderOptions& options,
                                                   uint32_t samples_per_pixel, Schedule schedule, int threads,
                                                   size_t* film_bytes);
+
+// A hash of the bits of the film's image.
+[[nodiscard]] uint64_t hash_film(const Film& film);
 
 // The samples per pixel that take `seconds` of processor time if one takes `sample_s`; at least 1.
 [[nodiscard]] uint32_t samples_for(double seconds, double sample_s);

@@ -181,8 +181,16 @@ std::vector<ImageMismatch> find_mismatches(const SceneScaling& scene) {
     for (const RenderRow& row : scene.accelerators[a].renders)
       for (size_t round = 0; round < row.samples.size(); ++round) {
         if (!expected) expected = row.samples[round].hash;
-        if (row.samples[round].hash != *expected) result.push_back({a, row.schedule, row.threads, round});
+        if (row.samples[round].hash != *expected)
+          result.push_back({scene.accelerators[a].variant.name(), row.schedule, row.threads, round});
       }
+    if (!scene.device || scene.device->accelerator != a || !expected) continue;
+    const DeviceScaling& device = *scene.device;
+    for (size_t round = 0; round < device.alone.size(); ++round)
+      if (device.alone[round].hash != *expected) result.push_back({device_renderer(device, false), {}, 0, round});
+    for (size_t round = 0; round < device.shared.size(); ++round)
+      if (const SharedSample& sample = device.shared[round]; sample.hash != *expected)
+        result.push_back({device_renderer(device, true), {}, sample.threads, round});
   }
   return result;
 }

@@ -7,6 +7,7 @@
 #include "renderer/app/scaling/scaling_fit.h"
 #include "renderer/base/math.h"
 #include "renderer/base/stopwatch.h"
+#include "renderer/device/make_device.h"
 #include "renderer/session/tile_scheduler.h"
 
 #include <array>
@@ -79,6 +80,33 @@ struct AcceleratorScaling {
   size_t accelerator_bytes = 0;
 };
 
+// One render on a device.
+struct DeviceSample {
+  WorkTime time;            // render phase
+  double start_s = 0.0;     // part of it: until the device had the scene
+  uint64_t rays = 0;        // all kinds
+  uint64_t paths = 0;       // samples of pixels
+  uint64_t scene_bytes = 0; // in its memory
+  uint64_t hash = 0;        // of the image
+};
+// One frame of which the processor rendered the upper part and the device the rest.
+struct SharedSample {
+  double wall_s = 0.0;                      // of all
+  double processor_s = 0.0, device_s = 0.0; // of their parts, at the same time
+  double merge_s = 0.0;
+  double processor_share = 0.0; // of the pixels
+  int threads = 1;              // of the processor
+  uint64_t paths = 0;
+  uint64_t hash = 0; // of the merged image
+};
+struct DeviceScaling {
+  DeviceKind kind = DeviceKind::host;
+  std::string name;
+  size_t accelerator = 0;           // index of the kd-tree whose images are the device's
+  std::vector<DeviceSample> alone;  // by round
+  std::vector<SharedSample> shared; // by round
+};
+
 struct SceneScaling {
   std::string file;
   V2i size_px{0, 0};
@@ -87,6 +115,7 @@ struct SceneScaling {
   size_t instance_count = 0;
   size_t geometry_bytes = 0, texture_bytes = 0, light_bytes = 0, film_bytes = 0;
   std::vector<AcceleratorScaling> accelerators;
+  std::optional<DeviceScaling> device;
 };
 
 struct ScalingReport {
@@ -142,11 +171,32 @@ struct PhaseScaling {
 // The phases that took any time, then their sum.
 [[nodiscard]] std::vector<PhaseScaling> summarize_phases(const SceneScaling& scene);
 
-// An image that differs from the first one of its accelerator, which is an error.
+// The figures of a device, medians over the rounds; ratios are medians of the ratios within rounds.
+struct DeviceSummary {
+  Summary alone_s, shared_s;
+  double start_s = 0.0;
+  double samples_per_s = 0.0;        // of the render phase without the start
+  double rays_per_s = 0.0;           // likewise
+  double shared_samples_per_s = 0.0; // of all
+  double shared_speedup = 0.0;       // over the device alone
+  double processor_share = 0.0;      // of the last shared frame
+  double processor_s = 0.0, device_s = 0.0, merge_s = 0.0;
+  struct Processor {
+    int threads = 1;
+    double median_s = 0.0;
+    double samples_per_s = 0.0;
+    double ratio = 0.0; // of the times, T(threads) / T(device without the start)
+  };
+  std::vector<Processor> processors; // by increasing threads, whose first schedule is meant
+};
+[[nodiscard]] DeviceSummary summarize_device(const ScalingReport& report, const SceneScaling& scene);
+
+// An image that differs from the first one of its accelerator, which is an error. Those of a
+// device, alone or merged, must be the kd-tree's.
 struct ImageMismatch {
-  size_t accelerator = 0;
-  Schedule schedule = Schedule::tiles;
-  int threads = 1;
+  std::string renderer;             // "kdtree", "gpu", "gpu and processor"
+  std::optional<Schedule> schedule; // unset for devices
+  int threads = 1;                  // of the processor; 0: none
   size_t round = 0;
 };
 [[nodiscard]] std::vector<ImageMismatch> find_mismatches(const SceneScaling& scene);
@@ -175,6 +225,11 @@ struct PaperSpeedup {
 
 // The file name without its folder.
 [[nodiscard]] std::string scene_name(const SceneScaling& scene);
+
+// "gpu", "gpu and processor".
+[[nodiscard]] std::string device_renderer(const DeviceScaling& device, bool shared);
+// The table of a device and its comparison with threads; empty without one.
+[[nodiscard]] std::string format_device_scaling(const ScalingReport& report, const SceneScaling& scene);
 
 // The tables of one scene for a terminal; ends with '\n'.
 [[nodiscard]] std::string format_scaling_tables(const ScalingReport& report, const SceneScaling& scene);

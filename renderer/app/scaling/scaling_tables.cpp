@@ -119,15 +119,22 @@ std::string preparation_table(const ScalingReport& report, const SceneScaling& s
 
 std::string mismatch_lines(const SceneScaling& scene) {
   std::string text;
-  for (const ImageMismatch& m : find_mismatches(scene))
-    text += fmt::format("  {}, {}, {} thread{}, round {}: DIFFERENT IMAGE\n",
-                        scene.accelerators[m.accelerator].variant.name(), schedule_name(m.schedule), m.threads,
-                        m.threads == 1 ? "" : "s", m.round + 1);
+  for (const ImageMismatch& m : find_mismatches(scene)) {
+    text += "  " + m.renderer;
+    if (m.schedule) text += fmt::format(", {}", schedule_name(*m.schedule));
+    if (m.threads > 0) text += fmt::format(", {} thread{}", m.threads, m.threads == 1 ? "" : "s");
+    text += fmt::format(", round {}: DIFFERENT IMAGE\n", m.round + 1);
+  }
   if (!text.empty()) return text;
   size_t images = 0;
   for (const AcceleratorScaling& accelerator : scene.accelerators)
     for (const RenderRow& row : accelerator.renders) images += row.samples.size();
-  return fmt::format("  {} images, bit-identical for each accelerator\n", images);
+  text = fmt::format("  {} images, bit-identical for each accelerator\n", images);
+  if (scene.device)
+    text += fmt::format("  {} images of {} and {} merged ones, bit-identical to those of {}\n",
+                        scene.device->alone.size(), device_renderer(*scene.device, false), scene.device->shared.size(),
+                        scene.accelerators[scene.device->accelerator].variant.name());
+  return text;
 }
 
 } // namespace
@@ -145,6 +152,7 @@ std::string format_scaling_tables(const ScalingReport& report, const SceneScalin
   if (!report.thread_counts.empty() && report.thread_counts.back() > report.cores)
     text += "  * more threads than cores\n";
   text += mismatch_lines(scene) + disturbance_line(report, scene);
+  text += format_device_scaling(report, scene);
   text += fit_lines(report, scene) + paper_lines(scene) + preparation_table(report, scene);
   std::string accelerators;
   for (const AcceleratorScaling& accelerator : scene.accelerators)

@@ -14,6 +14,8 @@
 #include "renderer/app/terminal/signals.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/camera/camera.h"
+#include "renderer/device/failure_reason.h"
+#include "renderer/device/make_device.h"
 #include "renderer/facade/render_scene.h"
 #include "renderer/facade/render_stage.h"
 #include "renderer/session/npz_rays.h"
@@ -57,6 +59,7 @@ class ShootoutCommand {
 
   Result<int> run() {
     if (Result<void> checked = check(); !checked.ok()) return checked.error();
+    if (Result<void> opened = open_raced_device(); !opened.ok()) return opened.error();
     for (size_t i = 0; i < options_.scene_files.size(); ++i) {
       Result<SceneResult> scene = race(options_.scene_files[i]);
       if (signals_.received() != 0) return interrupted();
@@ -71,7 +74,7 @@ class ShootoutCommand {
       if (Result<void> printed = print(means); !printed.ok()) return printed.error();
     }
     if (Result<void> written = write(); !written.ok()) return written.error();
-    return plugin_failed_ ? kExitRenderFailed : kExitOk;
+    return contestant_failed_ ? kExitRenderFailed : kExitOk;
   }
 
  private:
@@ -118,6 +121,30 @@ class ShootoutCommand {
     return {};
   }
 
+  Result<void> open_raced_device() {
+    if (!options_.device) return {};
+    Result<std::unique_ptr<Device>> opened =
+        open_device(*options_.device, report_.build_threads, [this](const std::string& line) { console_.note(line); });
+    if (!opened.ok())
+      return Error{opened.error().kind, "--device: " + failure_reason(opened.error().message) + "; leave out --device"};
+    device_ = std::move(opened).value();
+    return {};
+  }
+
+  // The accelerators, the device with the first kd-tree among them, and the plugins.
+  void name_contestants(SceneResult& result) const {
+    for (const AcceleratorVariant& variant : options_.accelerators)
+      result.accelerators.emplace_back().variant = variant;
+    if (device_) {
+      const auto tree = std::find_if(options_.accelerators.begin(), options_.accelerators.end(),
+                                     [](const auto& variant) { return variant.kind == accel::Kind::kdtree; });
+      AcceleratorResult& raced = result.accelerators.emplace_back();
+      raced.variant = tree != options_.accelerators.end() ? *tree : AcceleratorVariant{accel::Kind::kdtree};
+      raced.device = RacedDevice{*options_.device, device_->name(), 0, {}};
+    }
+    for (const PluginSpec& plugin : options_.plugins) result.accelerators.emplace_back().plugin = plugin;
+  }
+
   Result<SceneResult> race(const fs::path& file) {
     Result<Stage> prepared = prepare(file);
     if (!prepared.ok()) return prepared.error();
@@ -128,20 +155,19 @@ class ShootoutCommand {
     result.size_px = stage.built.size_px;
     Result<std::vector<RaySet>> sets = rays_of(stage, result);
     if (!sets.ok()) return sets.error();
-    for (const AcceleratorVariant& variant : options_.accelerators)
-      result.accelerators.emplace_back().variant = variant;
-    for (const PluginSpec& plugin : options_.plugins) result.accelerators.emplace_back().plugin = plugin;
+    name_contestants(result);
 
     accel::BuildInput geometry = stage.built.world->accelerator_input();
     const std::vector<accel::TriangleMesh> opaque = opaque_meshes(geometry);
-    if (!options_.plugins.empty()) {
-      geometry.meshes = opaque; // plugins know no hit filter
+    if (!options_.plugins.empty() || device_) {
+      geometry.meshes = opaque; // these know no hit filter
       geometry.filter = {};
     }
     const bool maps = !options_.html_file.empty() && options_.heat_map_width_px > 0;
     const SceneRace race{.settings = {options_.batch_size, options_.repeat, options_.build_repeat,
                                       report_.build_threads, options_.clock, options_.embree_calls, &geometry},
                          .limits = {options_.plugin_time_limit_s, &cancel_},
+                         .device = device_.get(),
                          .heat_map = maps ? std::optional(heat_map_camera(stage)) : std::nullopt,
                          .progress = [&](const std::string& next) {
                            show(fmt::format("{}: {}", scene_name(result), next));
@@ -170,17 +196,18 @@ class ShootoutCommand {
     return meshes;
   }
 
-  // Names the plugins that are out of the race, and those whose answers are wrong too often for
-  // rounding.
+  // Names the plugins and devices that are out of the race, and those whose answers are wrong too
+  // often for rounding.
   void report_faults(const SceneResult& scene) {
     for (const AcceleratorResult& accelerator : scene.accelerators) {
-      if (!accelerator.plugin) continue;
+      if (!accelerator.plugin && !accelerator.device) continue;
       std::string fault = accelerator.fault;
       if (const size_t wrong = wrong_answers(scene, accelerator); fault.empty() && wrong > 0)
         fault = fmt::format("lies: {} of its answers are wrong; its speed means nothing", wrong);
       if (fault.empty()) continue;
-      plugin_failed_ = true;
-      console_.warning(fmt::format("{}: the plugin {}", accelerator.name(), fault));
+      contestant_failed_ = true;
+      console_.warning(
+          fmt::format("{}: the {} {}", accelerator.name(), accelerator.device ? "device" : "plugin", fault));
     }
   }
 
@@ -310,7 +337,8 @@ class ShootoutCommand {
   ProgressDisplay display_;
   ShootoutReport report_;
   std::optional<RayRecording> replayed_;
-  bool plugin_failed_ = false;
+  std::unique_ptr<Device> device_; // null without --device
+  bool contestant_failed_ = false; // a plugin or the device
 };
 
 } // namespace

@@ -10,9 +10,6 @@
 
 namespace kindling::app {
 
-namespace {
-
-// Builds once, with `threads` threads including the calling one.
 std::unique_ptr<accel::Accelerator> build_variant(const accel::BuildInput& input, const AcceleratorVariant& variant,
                                                   int threads) {
   accel::BuildOptions options;
@@ -23,8 +20,6 @@ std::unique_ptr<accel::Accelerator> build_variant(const accel::BuildInput& input
   tbb::task_arena arena(threads);
   return arena.execute([&] { return accel::make_accelerator(variant.kind, input, options); });
 }
-
-} // namespace
 
 LocalContestant::LocalContestant(const accel::BuildInput& input, const AcceleratorVariant& variant,
                                  std::span<const RaySet> sets, bool embree_calls)

@@ -1,4 +1,4 @@
-// The two kinds of contestants of a race: accelerators in this process, and plugins in their own.
+// The contestants of a race, and those that are accelerators in this process.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,6 +42,10 @@ class Contestant {
   // Returns what went wrong, as "crashed (SIGSEGV) in a build on 1 thread"; empty if nothing did.
   [[nodiscard]] virtual std::string fault() const { return {}; }
 };
+
+// Builds once, with `threads` threads including the calling one.
+[[nodiscard]] std::unique_ptr<accel::Accelerator> build_variant(const accel::BuildInput& input,
+                                                                const AcceleratorVariant& variant, int threads);
 
 // An accelerator of this library. For Embree also its packet and stream calls, if wanted.
 class LocalContestant final : public Contestant {

@@ -1,7 +1,8 @@
-// Lets contestants of both kinds race on one scene.
+// Lets contestants of all kinds race on one scene.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/shootout/race_scene.h"
 
+#include "renderer/app/shootout/device_contestant.h"
 #include "renderer/app/shootout/plugins/plugin_contestant.h"
 
 #include <fmt/format.h>
@@ -46,7 +47,7 @@ class SceneRacer {
         race_traversal(raced, contestants_, race_.settings, race_.progress, result_) &&
         (!has_plugins() || check_against_oracle(std::span<const RaySet>(sets_).subspan(raced_, raced_), raced_,
                                                 contestants_, geometry_, race_.progress, result_)) &&
-        count_steps(raced) && map_times();
+        check_devices(raced) && count_steps(raced) && map_times();
     if (finished) end_plugins();
     return finished;
   }
@@ -65,7 +66,9 @@ class SceneRacer {
       shared = std::move(memory).value();
     }
     for (AcceleratorResult& accelerator : result_.accelerators) {
-      if (!accelerator.plugin) {
+      if (accelerator.device) {
+        owned_.push_back(std::make_unique<DeviceContestant>(*race_.device, geometry_, accelerator.variant, sets_));
+      } else if (!accelerator.plugin) {
         owned_.push_back(
             std::make_unique<LocalContestant>(geometry_, accelerator.variant, sets_, race_.settings.embree_calls));
       } else {
@@ -80,10 +83,20 @@ class SceneRacer {
     return {};
   }
 
+  bool check_devices(std::span<const RaySet> raced) {
+    for (size_t a = 0; a < contestants_.size(); ++a) {
+      AcceleratorResult& accelerator = result_.accelerators[a];
+      if (!accelerator.device) continue;
+      accelerator.device->tree_bytes = static_cast<const DeviceContestant*>(contestants_[a])->tree_bytes();
+      if (!check_device(raced, *contestants_[a], race_.progress, accelerator)) return false;
+    }
+    return true;
+  }
+
   bool count_steps(std::span<const RaySet> raced) {
     for (size_t a = 0; a < contestants_.size(); ++a) {
       AcceleratorResult& accelerator = result_.accelerators[a];
-      if (accelerator.plugin) continue; // they report none
+      if (accelerator.plugin || accelerator.device) continue; // they report none
       if (!race_.progress(fmt::format("steps of {}", accelerator.name()))) return false;
       accelerator.costs = measure_costs(contestants_[a]->queries(), raced);
       if (race_.heat_map) accelerator.step_map = count_step_map(contestants_[a]->queries(), *race_.heat_map);
@@ -129,6 +142,7 @@ Result<bool> race_scene(const SceneRace& race, std::vector<RaySet> sets, SceneRe
 }
 
 uint64_t wrong_answers(const SceneResult& scene, const AcceleratorResult& accelerator) {
+  if (accelerator.device) return accelerator.device->check.disagreements.total();
   uint64_t answers = 0;
   for (const TraversalResult& row : accelerator.traversal)
     if (!row.times_s.empty()) answers += scene.sets[row.set].ray_count;

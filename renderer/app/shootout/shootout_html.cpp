@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/machine_load.h"
 #include "renderer/app/measure/svg.h"
+#include "renderer/app/shootout/shootout_devices.h"
 #include "renderer/app/shootout/shootout_plots.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
@@ -58,16 +59,24 @@ std::string build_table_html(const ShootoutReport& report, const SceneResult& sc
           "th");
   for (const AcceleratorResult& a : scene.accelerators) {
     const accel::Statistics& s = a.build.statistics;
-    text += row({a.name(), a.build.one_thread_s.empty() ? "-" : format_short_time(median(a.build.one_thread_s)),
-                 a.build.many_threads_s.empty() ? "-" : format_short_time(median(a.build.many_threads_s)),
-                 a.plugin ? "-" : std::string(accel::simd_target_name(s.simd)), format_bytes(s.memory_bytes),
-                 a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
-                 a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
-                 count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count),
-                 per(s.reference_count, s.triangle_count)},
-                "td");
+    text += row(
+        {a.name(), a.build.one_thread_s.empty() ? "-" : format_short_time(median(a.build.one_thread_s)),
+         a.build.many_threads_s.empty() ? "-" : format_short_time(median(a.build.many_threads_s)),
+         a.plugin || a.device ? "-" : std::string(accel::simd_target_name(s.simd)), format_bytes(s.memory_bytes),
+         a.build.peak_growth_bytes ? format_bytes(*a.build.peak_growth_bytes) : "-",
+         a.build.huge_page_bytes > 0 ? format_bytes(a.build.huge_page_bytes) : "-", count_or_dash(s.node_count),
+         count_or_dash(s.leaf_count), per(s.reference_count, s.leaf_count), per(s.reference_count, s.triangle_count)},
+        "td");
   }
   return text + "</table>\n";
+}
+
+// What ran on the processor; devices have a table of their own.
+std::vector<const AcceleratorResult*> on_processor(const SceneResult& scene) {
+  std::vector<const AcceleratorResult*> accelerators;
+  for (const AcceleratorResult& a : scene.accelerators)
+    if (!a.device) accelerators.push_back(&a);
+  return accelerators;
 }
 
 // A bar chart of the traversal rows whose form of call is `wanted`.
@@ -75,15 +84,15 @@ template <typename Wanted>
 std::string bars(const SceneResult& scene, Wanted&& wanted) {
   BarChart chart;
   chart.unit = "million rays/s";
-  for (const AcceleratorResult& a : scene.accelerators) chart.series.push_back(a.name());
+  for (const AcceleratorResult* a : on_processor(scene)) chart.series.push_back(a->name());
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   for (size_t r = 0; r < first.size(); ++r) {
     if (!every_accelerator_has(first[r].form) || !wanted(first[r].form)) continue;
     const RaySetInfo& set = scene.sets[first[r].set];
     chart.groups.push_back(set.name);
     std::vector<Summary>& group = chart.values.emplace_back();
-    for (const AcceleratorResult& a : scene.accelerators) {
-      const Summary time = summarize(a.traversal[r].times_s);
+    for (const AcceleratorResult* a : on_processor(scene)) {
+      const Summary time = summarize(a->traversal[r].times_s);
       group.push_back(
           {mega_rays_per_s(set, time.median), mega_rays_per_s(set, time.max), mega_rays_per_s(set, time.min)});
     }
@@ -93,18 +102,20 @@ std::string bars(const SceneResult& scene, Wanted&& wanted) {
 
 std::string speed_table_html(const SceneResult& scene) {
   std::vector<std::string> heading{"rays, call", "hits"};
-  for (const AcceleratorResult& a : scene.accelerators) heading.push_back(a.name());
+  const std::vector<const AcceleratorResult*> accelerators = on_processor(scene);
+  for (const AcceleratorResult* a : accelerators) heading.push_back(a->name());
   std::string text =
       "<h3>Million rays per second, and the ratio to the first accelerator</h3>\n<table>\n" + row(heading, "th");
   const std::vector<TraversalResult>& first = scene.accelerators.front().traversal;
   for (size_t r = 0; r < first.size(); ++r) {
+    if (is_device_call(first[r].form)) continue;
     const RaySetInfo& set = scene.sets[first[r].set];
     const double hits =
         set.ray_count > 0 ? static_cast<double>(set.hit_count) / static_cast<double>(set.ray_count) : 0.0;
     std::vector<std::string> cells{fmt::format("{}, {}", set.name, call_form_name(first[r].form)),
                                    fmt::format("{:.0f} %", hits * 100.0)};
-    for (size_t i = 0; i < scene.accelerators.size(); ++i) {
-      const TraversalResult& result = scene.accelerators[i].traversal[r];
+    for (size_t i = 0; i < accelerators.size(); ++i) {
+      const TraversalResult& result = accelerators[i]->traversal[r];
       if (result.times_s.empty()) {
         cells.emplace_back("-");
         continue;
@@ -117,10 +128,11 @@ std::string speed_table_html(const SceneResult& scene) {
   }
   const auto mean_row = [&](const std::string& name, std::optional<CallForm> form) {
     std::vector<std::string> cells{"geometric mean, " + name, "", ""};
-    for (size_t i = 1; i < scene.accelerators.size(); ++i) cells.push_back(format_ratio(mean_ratio(scene, i, form)));
+    for (size_t i = 1; i < scene.accelerators.size(); ++i)
+      if (!scene.accelerators[i].device) cells.push_back(format_ratio(mean_ratio(scene, i, form)));
     return row(cells, "td");
   };
-  if (scene.accelerators.size() > 1)
+  if (accelerators.size() > 1)
     text += mean_row("single", CallForm::single) + mean_row("batch", CallForm::batch) +
             mean_row("best call of each", std::nullopt);
   return text + "</table>\n";
@@ -155,6 +167,26 @@ std::string comparison_tables(const std::vector<EmbreeComparison>& comparisons, 
     text += "</table>\n";
   }
   return text;
+}
+
+std::string device_section(const SceneResult& scene) {
+  std::string text;
+  for (const AcceleratorResult& a : scene.accelerators)
+    if (a.device && !a.fault.empty())
+      text += fmt::format("<p class=\"warning\">{} is out of the race: it {}</p>\n", escape_html(a.name()),
+                          escape_html(a.fault));
+  const std::optional<DeviceComparison> comparison = compare_device(scene);
+  if (!comparison) return text;
+  const DeviceTable table = tabulate(*comparison);
+  text +=
+      fmt::format("<h3>{} ({})</h3>\n<table>\n", escape_html(comparison->contender), escape_html(comparison->device)) +
+      row(table.heading, "th");
+  for (const std::vector<std::string>& cells : table.rows) text += row(cells, "td");
+  return text +
+         fmt::format(
+             "</table>\n<p class=\"note\">All rays of a kind in one launch: million rays per second of wall time, "
+             "and the ratio of the launch to the fastest call of each accelerator on one thread. {}.</p>\n",
+             describe_check(*comparison));
 }
 
 // Plugins that are out of the race, and what others say about themselves.
@@ -247,8 +279,8 @@ std::string scene_section(const ShootoutReport& report, const SceneResult& scene
   text += fmt::format("<h3>Batches of {}</h3>\n", report.batch_size) +
           bars(scene, [](CallForm form) { return form == CallForm::batch; });
   text += "<h3>Coherent calls</h3>\n" + bars(scene, [](CallForm form) { return form == CallForm::coherent; });
-  return text + speed_table_html(scene) + build_table_html(report, scene) + leaf_sizes(scene) + cost_table_html(scene) +
-         disagreement_table(scene) + all_heat_maps(scene);
+  return text + speed_table_html(scene) + device_section(scene) + build_table_html(report, scene) + leaf_sizes(scene) +
+         cost_table_html(scene) + disagreement_table(scene) + all_heat_maps(scene);
 }
 
 // A plot of build times over the sizes of the scenes.

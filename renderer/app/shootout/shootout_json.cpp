@@ -48,6 +48,16 @@ Json race_accelerator_json(const SceneResult& scene, size_t index) {
     json["description"] = a.description;
     json["plugin"] = {{"file", a.plugin->file.string()}, {"options", a.plugin->options}};
     json["fault"] = a.fault.empty() ? Json() : Json(a.fault);
+  } else if (a.device) {
+    json["description"] = accel::kind_description(a.variant.kind);
+    json["quality"] = quality_name(a.variant.quality);
+    json["robust"] = a.variant.robust;
+    json["device"] = {{"kind", device_kind_name(a.device->kind)},
+                      {"name", a.device->name},
+                      {"tree_bytes", a.device->tree_bytes},
+                      {"answers", a.device->check.ray_count},
+                      {"different", a.device->check.disagreements.total()}};
+    json["fault"] = a.fault.empty() ? Json() : Json(a.fault);
   } else {
     json["description"] = accel::kind_description(a.variant.kind);
     json["quality"] = quality_name(a.variant.quality);

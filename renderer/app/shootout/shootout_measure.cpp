@@ -29,9 +29,9 @@ double time_by(ShootoutClock clock, const WorkTime& work) {
 
 bool is_at_edge(const accel::Hit& hit) { return std::min({hit.u, hit.v, 1.0f - hit.u - hit.v}) <= kEdge; }
 
-// The kd-tree and brute force give the same hits to the bit (accel/triangle.h).
+// The kd-tree and brute force give the same hits to the bit (accel/triangle.h), on devices too.
 bool answers_exactly(const AcceleratorResult& result) {
-  return result.is(accel::Kind::kdtree) || result.is(accel::Kind::brute_force);
+  return result.device || result.is(accel::Kind::kdtree) || result.is(accel::Kind::brute_force);
 }
 
 Excuse rounding_in(const accel::BuildInput* geometry) {
@@ -39,6 +39,16 @@ Excuse rounding_in(const accel::BuildInput* geometry) {
   return [geometry](const accel::Ray& ray, const accel::Hit& expected, const accel::Hit& found) {
     return accel::rounding_explains(*geometry, ray, expected, found);
   };
+}
+
+// The forms of call that some of the contestants have and others do not.
+std::vector<CallForm> other_forms(std::span<Contestant* const> contestants) {
+  std::vector<CallForm> forms;
+  for (const CallForm form : kCallForms)
+    if (!every_accelerator_has(form) &&
+        std::any_of(contestants.begin(), contestants.end(), [form](const Contestant* c) { return c->has(form); }))
+      forms.push_back(form);
+  return forms;
 }
 
 // Takes a contestant out of the race: its times would be of a part of it.
@@ -54,7 +64,7 @@ size_t count_hits(const Answers& answers) {
       std::count_if(answers.occluded.begin(), answers.occluded.end(), [](uint8_t blocked) { return blocked != 0; }));
 }
 
-// The answers of brute force, by all threads.
+// The answers by single calls, by all threads.
 Answers oracle_answers(const accel::Accelerator& oracle, const RaySet& set) {
   Answers answers(set);
   tbb::parallel_for(size_t{0}, set.rays.size(), [&](size_t i) {
@@ -69,13 +79,11 @@ Answers oracle_answers(const accel::Accelerator& oracle, const RaySet& set) {
 
 } // namespace
 
-std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls) {
+std::vector<CallForm> call_forms(const RaySet& set, std::span<const CallForm> others) {
   if (set.rays.empty()) return {};
   std::vector<CallForm> forms{CallForm::single, CallForm::batch};
   if (set.query == RayQuery::any_hit || set.coherent_group > 0) forms.push_back(CallForm::coherent);
-  if (embree_calls)
-    for (const CallForm form : kCallForms)
-      if (!every_accelerator_has(form)) forms.push_back(form);
+  forms.insert(forms.end(), others.begin(), others.end());
   return forms;
 }
 
@@ -168,8 +176,9 @@ std::vector<MeanCost> measure_costs(const accel::Accelerator& accelerator, std::
 namespace {
 
 // The round that is not timed: it warms up, and its answers are compared.
-bool check_answers(std::span<const RaySet> sets, std::span<Contestant* const> contestants, bool own_calls,
-                   const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
+bool check_answers(std::span<const RaySet> sets, std::span<Contestant* const> contestants,
+                   std::span<const CallForm> others, const RaceSettings& settings, const RaceProgress& progress,
+                   SceneResult& result) {
   const Excuse excuse = rounding_in(settings.geometry);
   for (size_t s = 0; s < sets.size(); ++s) {
     const RaySet& set = sets[s];
@@ -177,7 +186,7 @@ bool check_answers(std::span<const RaySet> sets, std::span<Contestant* const> co
     if (!progress(fmt::format("check of {}", set.name))) return false;
     if (!contestants[0]->trace(s, CallForm::single, settings.batch_size, expected)) return false;
     result.sets.push_back({set.name, set.query, set.coherent_group, set.rays.size(), count_hits(expected)});
-    for (const CallForm form : call_forms(set, own_calls))
+    for (const CallForm form : call_forms(set, others))
       for (size_t a = 0; a < contestants.size(); ++a) {
         AcceleratorResult& accelerator = result.accelerators[a];
         TraversalResult& row = accelerator.traversal.emplace_back();
@@ -200,17 +209,14 @@ bool race_traversal(std::span<const RaySet> sets, std::span<Contestant* const> c
                     const RaceSettings& settings, const RaceProgress& progress, SceneResult& result) {
   const StandardArithmetic standard_arithmetic;
   const size_t count = contestants.size();
-  const bool own_calls = std::any_of(contestants.begin(), contestants.end(), [](const Contestant* c) {
-    return std::any_of(kCallForms.begin(), kCallForms.end(),
-                       [c](CallForm form) { return !every_accelerator_has(form) && c->has(form); });
-  });
-  if (!check_answers(sets, contestants, own_calls, settings, progress, result)) return false;
+  const std::vector<CallForm> others = other_forms(contestants);
+  if (!check_answers(sets, contestants, others, settings, progress, result)) return false;
 
   for (uint32_t round = 0; round < settings.repeat; ++round) {
     size_t row = 0;
     for (size_t s = 0; s < sets.size(); ++s) {
       Answers answers(sets[s]);
-      for (const CallForm form : call_forms(sets[s], own_calls)) {
+      for (const CallForm form : call_forms(sets[s], others)) {
         if (!progress(
                 fmt::format("round {} of {}: {}, {}", round + 1, settings.repeat, sets[s].name, call_form_name(form))))
           return false;
@@ -281,6 +287,24 @@ bool check_against_oracle(std::span<const RaySet> sets, size_t first_set, std::s
                                                                   found, excuse, answers_exactly(accelerator)));
       }
       if (!contestants[a]->fault().empty()) retire(*contestants[a], accelerator);
+    }
+  }
+  return true;
+}
+
+bool check_device(std::span<const RaySet> sets, Contestant& contestant, const RaceProgress& progress,
+                  AcceleratorResult& result) {
+  for (size_t s = 0; s < sets.size() && result.fault.empty(); ++s) {
+    if (sets[s].rays.empty()) continue;
+    if (!progress(fmt::format("check of {} by {}", sets[s].name, result.name()))) return false;
+    Answers found(sets[s]);
+    if (contestant.trace(s, CallForm::launch, 0, found)) {
+      const Answers expected = oracle_answers(contestant.queries(), sets[s]);
+      result.device->check.ray_count += sets[s].rays.size();
+      result.device->check.disagreements.add(
+          count_disagreements(sets[s], contestant.queries(), expected, contestant.queries(), found, {}, true));
+    } else {
+      retire(contestant, result);
     }
   }
   return true;

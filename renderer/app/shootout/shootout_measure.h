@@ -30,8 +30,8 @@ struct RaceSettings {
 using RaceProgress = std::function<bool(const std::string& next)>;
 
 // The forms of call for a set: single and batch; coherent for groups of nearest-hit rays and for
-// any-hit rays; with `embree_calls` also those of Embree. None for an empty set.
-[[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set, bool embree_calls);
+// any-hit rays; then `others`. None for an empty set.
+[[nodiscard]] std::vector<CallForm> call_forms(const RaySet& set, std::span<const CallForm> others);
 
 // Returns true if two different answers to one ray (either may be a miss) are both right within
 // rounding.
@@ -74,6 +74,12 @@ inline constexpr size_t kOracleRays = 4096;
 [[nodiscard]] bool check_against_oracle(std::span<const RaySet> sets, size_t first_set,
                                         std::span<Contestant* const> contestants, const accel::BuildInput& geometry,
                                         const RaceProgress& progress, SceneResult& result);
+
+// Compares the answers of a device to all rays with those of its tree on the processor: every bit
+// of every answer. Fills RacedDevice::check; a device that fails gets its fault. Returns false if
+// `progress` ends the race.
+[[nodiscard]] bool check_device(std::span<const RaySet> sets, Contestant& contestant, const RaceProgress& progress,
+                                AcceleratorResult& result);
 
 // The mean cost of single queries by kind of rays, over every n-th ray, at most about kCostRays of
 // each kind. Empty for libraries that do not report it.

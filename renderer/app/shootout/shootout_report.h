@@ -10,6 +10,7 @@
 #include "renderer/app/options/shootout_clock.h"
 #include "renderer/base/math.h"
 #include "renderer/base/stopwatch.h"
+#include "renderer/device/make_device.h"
 #include "renderer/session/ray_set.h"
 
 #include <array>
@@ -21,15 +22,31 @@
 
 namespace kindling::app {
 
-// Forms of call: one ray at a time, batches of any rays, groups of coherent rays; and the calls
-// that only Embree has, by accel::EmbreeCall.
-enum class CallForm { single, batch, coherent, packet, coherent_packet, stream, coherent_stream };
-inline constexpr std::array kCallForms{CallForm::single,         CallForm::batch,           CallForm::coherent,
-                                       CallForm::packet,         CallForm::coherent_packet, CallForm::stream,
-                                       CallForm::coherent_stream};
+// Forms of call: one ray at a time, batches of any rays, groups of coherent rays; the calls that
+// only Embree has, by accel::EmbreeCall; and those of a device, which gets all rays at once:
+// without and with the copies of rays and answers between the processor's memory and its own.
+enum class CallForm {
+  single,
+  batch,
+  coherent,
+  packet,
+  coherent_packet,
+  stream,
+  coherent_stream,
+  launch,
+  launch_with_copies
+};
+inline constexpr std::array kCallForms{
+    CallForm::single,          CallForm::batch,           CallForm::coherent,
+    CallForm::packet,          CallForm::coherent_packet, CallForm::stream,
+    CallForm::coherent_stream, CallForm::launch,          CallForm::launch_with_copies};
 [[nodiscard]] std::string_view call_form_name(CallForm form);
-// False for the calls that only Embree has.
+// False for the calls that only Embree or a device has.
 [[nodiscard]] constexpr bool every_accelerator_has(CallForm form) { return form <= CallForm::coherent; }
+[[nodiscard]] constexpr bool is_embree_call(CallForm form) {
+  return form >= CallForm::packet && form <= CallForm::coherent_stream;
+}
+[[nodiscard]] constexpr bool is_device_call(CallForm form) { return form >= CallForm::launch; }
 
 // The distance from an edge, in barycentric coordinates, within which accelerators that are not
 // robust may let a ray through.
@@ -103,11 +120,22 @@ struct OracleCheck {
   Disagreements disagreements;
 };
 
+// A device that traces with a kd-tree of the processor.
+struct RacedDevice {
+  DeviceKind kind = DeviceKind::host;
+  std::string name;        // "host", or that of a GPU
+  uint64_t tree_bytes = 0; // in its memory
+  // All answers to the rays of the race, compared with those of the tree on the processor to the
+  // bit.
+  OracleCheck check;
+};
+
 struct AcceleratorResult {
-  AcceleratorVariant variant;       // has no meaning for a plugin
-  std::optional<PluginSpec> plugin; // unset for accelerators of ours
-  std::string description;          // of the plugin, by itself
-  std::string fault;                // what put a plugin out of the race; empty if nothing did
+  AcceleratorVariant variant;        // has no meaning for a plugin; of a device its kd-tree
+  std::optional<PluginSpec> plugin;  // unset for accelerators of ours
+  std::optional<RacedDevice> device; // unset for what runs on the processor
+  std::string description;           // of the plugin, by itself
+  std::string fault;                 // what put a plugin or a device out of the race; empty if nothing did
   BuildResult build;
   std::vector<TraversalResult> traversal; // by set, then by form; the same rows for all accelerators
   WorkTime traversal_work;                // sum over all timed repetitions: wall time, CPU time of the tracing thread
@@ -116,8 +144,13 @@ struct AcceleratorResult {
   HeatMap step_map;                       // nodes and leaves visited; empty also for libraries that do not report it
   std::optional<OracleCheck> oracle;      // in races with plugins
 
-  [[nodiscard]] std::string name() const { return plugin ? plugin->name() : variant.name(); }
-  [[nodiscard]] bool is(accel::Kind kind) const { return !plugin && variant.kind == kind; }
+  // "kdtree on gpu" for a device.
+  [[nodiscard]] std::string name() const {
+    if (device) return variant.name() + " on " + std::string(device_kind_name(device->kind));
+    return plugin ? plugin->name() : variant.name();
+  }
+  // False for plugins and devices.
+  [[nodiscard]] bool is(accel::Kind kind) const { return !plugin && !device && variant.kind == kind; }
   // False for Embree's faster mode. Plugins make no promise.
   [[nodiscard]] bool is_robust() const { return !plugin && variant.robust; }
 };

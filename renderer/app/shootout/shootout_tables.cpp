@@ -1,6 +1,7 @@
 // Formats a shootout as tables, and derives the figures that all reports share.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/measure/machine_load.h"
+#include "renderer/app/shootout/shootout_devices.h"
 #include "renderer/app/shootout/shootout_report.h"
 #include "renderer/app/shootout/shootout_summary.h"
 #include "renderer/app/text/text_format.h"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <span>
 
 namespace kindling::app {
 
@@ -37,7 +39,7 @@ std::string build_table(const ShootoutReport& report, const SceneResult& scene) 
     };
     table.add({accelerator.name(), or_dash(build.one_thread_s.size(), format_short_time(median(build.one_thread_s))),
                or_dash(build.many_threads_s.size(), format_short_time(median(build.many_threads_s))),
-               accelerator.plugin ? "-" : std::string(accel::simd_target_name(s.simd)),
+               accelerator.plugin || accelerator.device ? "-" : std::string(accel::simd_target_name(s.simd)),
                or_dash(s.memory_bytes, format_bytes(s.memory_bytes)),
                build.peak_growth_bytes ? format_bytes(*build.peak_growth_bytes) : "-",
                or_dash(build.huge_page_bytes, format_bytes(build.huge_page_bytes)),
@@ -61,21 +63,25 @@ std::string speed_cell(const RaySetInfo& set, const TraversalResult& result, boo
 
 std::string speed_table(const SceneResult& scene) {
   std::vector<TextTable::Column> columns{{"rays"}, {"call"}};
-  for (const AcceleratorResult& accelerator : scene.accelerators) columns.push_back({accelerator.name(), true});
+  std::vector<size_t> shown; // devices have a table of their own
+  for (size_t a = 0; a < scene.accelerators.size(); ++a) {
+    if (scene.accelerators[a].device) continue;
+    shown.push_back(a);
+    columns.push_back({scene.accelerators[a].name(), true});
+  }
   TextTable table(columns);
   for (size_t row = 0; row < scene.accelerators.front().traversal.size(); ++row) {
     const TraversalResult& first = scene.accelerators.front().traversal[row];
     if (!every_accelerator_has(first.form)) continue;
     const RaySetInfo& set = scene.sets[first.set];
     std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
-    for (size_t a = 0; a < scene.accelerators.size(); ++a)
-      cells.push_back(speed_cell(set, scene.accelerators[a].traversal[row], a > 0));
+    for (const size_t a : shown) cells.push_back(speed_cell(set, scene.accelerators[a].traversal[row], a > 0));
     table.add(cells);
   }
-  if (scene.accelerators.size() > 1) {
+  if (shown.size() > 1) {
     const auto add_mean = [&](const std::string& call, std::optional<CallForm> form) {
       std::vector<std::string> cells{"geometric mean", call, ""};
-      for (size_t a = 1; a < scene.accelerators.size(); ++a) cells.push_back(format_ratio(mean_ratio(scene, a, form)));
+      for (const size_t a : std::span(shown).subspan(1)) cells.push_back(format_ratio(mean_ratio(scene, a, form)));
       table.add(cells);
     };
     add_mean("single", CallForm::single);
@@ -105,7 +111,7 @@ std::string embree_call_table(const SceneResult& scene) {
   std::vector<const AcceleratorResult*> embrees;
   for (const AcceleratorResult& accelerator : scene.accelerators)
     for (const TraversalResult& result : accelerator.traversal)
-      if (!every_accelerator_has(result.form) && !result.times_s.empty()) {
+      if (is_embree_call(result.form) && !result.times_s.empty()) {
         embrees.push_back(&accelerator);
         break;
       }
@@ -115,7 +121,7 @@ std::string embree_call_table(const SceneResult& scene) {
   TextTable table(columns);
   for (size_t row = 0; row < embrees.front()->traversal.size(); ++row) {
     const TraversalResult& first = embrees.front()->traversal[row];
-    if (every_accelerator_has(first.form) || first.times_s.empty()) continue;
+    if (!is_embree_call(first.form) || first.times_s.empty()) continue;
     const RaySetInfo& set = scene.sets[first.set];
     std::vector<std::string> cells{set.name, std::string(call_form_name(first.form))};
     for (const AcceleratorResult* embree : embrees) cells.push_back(speed_cell(set, embree->traversal[row], false));
@@ -167,6 +173,8 @@ std::string_view call_form_name(CallForm form) {
   case CallForm::coherent_packet: return "packet-coherent";
   case CallForm::stream: return "stream";
   case CallForm::coherent_stream: return "stream-coherent";
+  case CallForm::launch: return "launch";
+  case CallForm::launch_with_copies: return "launch-with-copies";
   }
   return "single";
 }
@@ -258,7 +266,7 @@ std::string format_scene_tables(const ShootoutReport& report, const SceneResult&
   text +=
       fmt::format("\ntraversal on one thread, million rays/s: median of {} ± half the spread, {}; batches of {}\n{}",
                   report.repeat, clock_description(report.clock), report.batch_size, speed_table(scene));
-  text += embree_call_table(scene);
+  text += embree_call_table(scene) + format_device_table(scene);
   text += cost_table(scene);
   text += "\ncross-check\n" + disagreement_lines(scene);
   text += format_comparisons(compare_with_embree(scene), "");

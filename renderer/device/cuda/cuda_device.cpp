@@ -5,12 +5,16 @@
 #include "renderer/device/cuda/driver.h"
 #include "renderer/device/cuda/gpu_kernels.h"
 #include "renderer/device/cuda/kernel_cache.h"
+#include "renderer/device/cuda/ptx_modules.h"
 
 #include <array>
 #include <cassert>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,7 +23,6 @@ namespace {
 
 constexpr unsigned kThreadsPerBlock = 128;
 constexpr int kOldestCapability = 70; // 10 major + minor; the target of the PTX
-constexpr size_t kArgumentBytes = 4096;
 
 constexpr std::array<const char*, kKernelCount> kEntries{
 #define KINDLING_ENTRY_NAME(name, argument) "kindling_" #name,
@@ -29,22 +32,31 @@ constexpr std::array<const char*, kKernelCount> kEntries{
 
 Error failure(std::string message) { return {ErrorKind::render_failed, std::move(message)}; }
 
+// A kernel that the driver has loaded.
+struct LoadedKernel {
+  cuda::Module module = nullptr;
+  cuda::Function function = nullptr; // null: not loaded
+};
+
 class CudaDevice final : public Device {
  public:
-  CudaDevice(cuda::Driver driver, cuda::DeviceNumber number, std::string name)
-      : driver_(std::move(driver)), number_(number), name_(std::move(name)) {}
+  // `capability`: 10 major + minor. `notice` may be null.
+  CudaDevice(cuda::Driver driver, cuda::DeviceNumber number, std::string name, int capability, DeviceNotice notice)
+      : driver_(std::move(driver)), number_(number), name_(std::move(name)), capability_(capability),
+        notice_(std::move(notice)) {}
   CudaDevice(const CudaDevice&) = delete;
   CudaDevice& operator=(const CudaDevice&) = delete;
   ~CudaDevice() override {
     if (context_ == nullptr) return;
     driver_.use_context(context_);
     if (argument_ != 0) driver_.release(argument_);
-    if (module_ != nullptr) driver_.unload_module(module_);
+    for (const LoadedKernel& kernel : kernels_)
+      if (kernel.module != nullptr) driver_.unload_module(kernel.module);
     driver_.release_context(number_);
   }
 
-  // `capability`: 10 major + minor. Throws DeviceError.
-  void start(int capability);
+  // Throws DeviceError.
+  void start();
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] std::byte* allocate(size_t bytes) override;
@@ -67,46 +79,50 @@ class CudaDevice final : public Device {
     use();
     check(driver_.fill(reinterpret_cast<cuda::Address>(memory), 0, bytes), "clearing memory");
   }
+  void prepare(std::span<const Kernel> kernels) override;
   void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) override;
   [[nodiscard]] uint32_t wave_size() const override { return kWaveSize; }
 
  private:
   // Contexts belong to threads, and any thread may call.
-  void use() { check(driver_.use_context(context_), "using it"); }
+  void use() const { check(driver_.use_context(context_), "using it"); }
   void check(cuda::Status status, const char* doing) const {
     if (status != 0) throw DeviceError(name_ + ": " + doing + " failed: " + driver_.words_for(status));
   }
-  void load_kernels(int capability);
-  [[nodiscard]] std::vector<char> compile_kernels();
+  [[nodiscard]] bool load(Kernel kernel, const std::vector<char>& code);
+  [[nodiscard]] std::vector<char> compile(const std::string& ptx) const;
 
   cuda::Driver driver_;
   cuda::DeviceNumber number_;
   std::string name_;
+  int capability_;
+  DeviceNotice notice_;
+  int driver_version_ = 0;
   cuda::Context context_ = nullptr;
-  cuda::Module module_ = nullptr;
-  std::array<cuda::Function, kKernelCount> kernels_{};
-  cuda::Address argument_ = 0; // kArgumentBytes of the GPU's memory
+  std::array<LoadedKernel, kKernelCount> kernels_;
+  cuda::Address argument_ = 0; // kMaxArgumentBytes of the GPU's memory
 };
 
-void CudaDevice::start(int capability) {
+void CudaDevice::start() {
+  check(driver_.driver_version(&driver_version_), "asking for its driver's version");
   check(driver_.retain_context(&context_, number_), "starting it");
   use();
-  load_kernels(capability);
-  check(driver_.allocate(&argument_, kArgumentBytes), "allocating memory");
+  check(driver_.allocate(&argument_, kMaxArgumentBytes), "allocating memory");
 }
 
-// Returns the machine code for this GPU.
-std::vector<char> CudaDevice::compile_kernels() {
+// Returns the machine code for this GPU. Any thread may call it.
+std::vector<char> CudaDevice::compile(const std::string& ptx) const {
+  use();
+  // The driver keeps the addresses of these until the link ends, and writes to them.
   std::array<char, 1024> log{};
   std::array<int, 2> options{cuda::kJitErrorLog, cuda::kJitErrorLogBytes};
   std::array<void*, 2> values{log.data(), reinterpret_cast<void*>(log.size())};
-  const std::string_view ptx = gpu_kernels();
   cuda::Link link = nullptr;
   check(driver_.begin_link(static_cast<unsigned>(options.size()), options.data(), values.data(), &link),
         "compiling the kernels");
   void* code = nullptr; // belongs to the link
   size_t bytes = 0;
-  cuda::Status status = driver_.add_to_link(link, cuda::kPtxInput, const_cast<char*>(ptx.data()), ptx.size() + 1,
+  cuda::Status status = driver_.add_to_link(link, cuda::kPtxInput, const_cast<char*>(ptx.c_str()), ptx.size() + 1,
                                             "kernels.ptx", 0, nullptr, nullptr);
   if (status == 0) status = driver_.finish_link(link, &code, &bytes);
   std::vector<char> compiled;
@@ -114,21 +130,60 @@ std::vector<char> CudaDevice::compile_kernels() {
   driver_.end_link(link);
   if (status == 0) return compiled;
   std::string reason = driver_.words_for(status);
-  if (log[0] != '\0') reason += ": " + std::string(log.data(), std::string_view(log.data()).find('\n'));
+  const std::string_view text(log.data(), strnlen(log.data(), log.size()));
+  if (!text.empty()) reason += ": " + std::string(text.substr(0, text.find('\n')));
   throw DeviceError(name_ + ": compiling the kernels failed: " + reason);
 }
 
-void CudaDevice::load_kernels(int capability) {
-  int version = 0;
-  check(driver_.driver_version(&version), "asking for its driver's version");
-  const std::filesystem::path file = kernel_cache_file(gpu_kernels(), capability, version);
-  std::vector<char> code = read_cached_kernels(file);
-  if (code.empty() || driver_.load_module(&module_, code.data()) != 0) { // a damaged file is replaced
-    code = compile_kernels();
-    check(driver_.load_module(&module_, code.data()), "loading the kernels");
-    cache_kernels(file, code);
+// False if the driver refuses the code.
+bool CudaDevice::load(Kernel kernel, const std::vector<char>& code) {
+  LoadedKernel& loaded = kernels_[static_cast<size_t>(kernel)];
+  if (code.empty() || driver_.load_module(&loaded.module, code.data()) != 0) {
+    loaded.module = nullptr;
+    return false;
   }
-  for (size_t i = 0; i < kKernelCount; ++i) check(driver_.function(&kernels_[i], module_, kEntries[i]), kEntries[i]);
+  const char* const entry = kEntries[static_cast<size_t>(kernel)];
+  check(driver_.function(&loaded.function, loaded.module, entry), entry);
+  return true;
+}
+
+void CudaDevice::prepare(std::span<const Kernel> kernels) {
+  use();
+  struct Missing {
+    Kernel kernel = Kernel::begin_path;
+    std::string ptx;
+    std::filesystem::path file; // in the cache
+    std::vector<char> code;
+    std::exception_ptr failure;
+  };
+  std::vector<Missing> missing;
+  for (const Kernel kernel : kernels) {
+    if (kernels_[static_cast<size_t>(kernel)].function != nullptr) continue;
+    std::string ptx = ptx_of_entry(gpu_kernels(), kEntries[static_cast<size_t>(kernel)]);
+    std::filesystem::path file = kernel_cache_file(ptx, capability_, driver_version_);
+    // A damaged file is replaced.
+    if (!load(kernel, read_cached_kernels(file))) missing.push_back({kernel, std::move(ptx), std::move(file), {}, {}});
+  }
+  if (missing.empty()) return;
+  if (notice_)
+    notice_(name_ + ": its driver compiles " + std::to_string(missing.size()) +
+            (missing.size() == 1 ? " kernel" : " kernels") +
+            " once, which can take minutes; the cache of the user keeps what it makes");
+  std::vector<std::thread> threads;
+  for (Missing& one : missing)
+    threads.emplace_back([this, &one] {
+      try {
+        one.code = compile(one.ptx);
+        cache_kernels(one.file, one.code); // at once: the others may take minutes
+      } catch (...) {
+        one.failure = std::current_exception();
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const Missing& one : missing) {
+    if (one.failure) std::rethrow_exception(one.failure);
+    if (!load(one.kernel, one.code)) throw DeviceError(name_ + ": loading the kernels failed");
+  }
 }
 
 std::byte* CudaDevice::allocate(size_t bytes) {
@@ -146,13 +201,15 @@ std::byte* CudaDevice::allocate(size_t bytes) {
 
 void CudaDevice::launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) {
   if (count == 0) return;
-  assert(argument.size() <= kArgumentBytes);
+  assert(argument.size() <= kMaxArgumentBytes);
+  const cuda::Function& function = kernels_[static_cast<size_t>(kernel)].function;
+  if (function == nullptr) prepare(std::span(&kernel, 1));
   use();
+  // Copies and launches are done in their order, so the launch before has read its argument.
   check(driver_.upload(argument_, argument.data(), argument.size()), "computing");
   std::array<void*, 2> parameters{&argument_, &count};
-  const unsigned blocks = (count + kThreadsPerBlock - 1) / kThreadsPerBlock;
-  check(driver_.launch(kernels_[static_cast<size_t>(kernel)], blocks, 1, 1, kThreadsPerBlock, 1, 1, 0, nullptr,
-                       parameters.data(), nullptr),
+  const unsigned blocks = count / kThreadsPerBlock + (count % kThreadsPerBlock > 0 ? 1 : 0);
+  check(driver_.launch(function, blocks, 1, 1, kThreadsPerBlock, 1, 1, 0, nullptr, parameters.data(), nullptr),
         "starting a kernel");
 }
 
@@ -160,7 +217,7 @@ void CudaDevice::launch(Kernel kernel, std::span<const std::byte> argument, uint
 
 bool has_gpu_kernels() { return !gpu_kernels().empty(); }
 
-Result<std::unique_ptr<Device>> open_cuda_device() {
+Result<std::unique_ptr<Device>> open_cuda_device(const DeviceNotice& notice) {
   if (!has_gpu_kernels())
     return failure(
         "no GPU: this program was built without kernels for GPUs; build it where clang++-19 is installed, or "
@@ -186,11 +243,12 @@ Result<std::unique_ptr<Device>> open_cuda_device() {
                 std::to_string(minor) + "; at least 7.0 is needed)";
       continue;
     }
-    auto device = std::make_unique<CudaDevice>(driver, number, name.data());
+    auto device = std::make_unique<CudaDevice>(driver, number, name.data(), 10 * major + minor, notice);
     try {
-      device->start(10 * major + minor);
-    } catch (const DeviceError& error) {
-      return failure(error.what());
+      device->start();
+    } catch (const DeviceError& error) { // another process may have it for itself
+      refused = std::string(" (") + error.what() + ")";
+      continue;
     }
     return std::unique_ptr<Device>(std::move(device));
   }

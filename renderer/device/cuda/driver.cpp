@@ -32,7 +32,8 @@ Result<Driver> open_driver() {
   const char* const chosen = std::getenv("KINDLING_CUDA_DRIVER");
   const std::string path = chosen != nullptr && *chosen != '\0' ? chosen : "libcuda.so.1";
   Driver driver;
-  driver.library.reset(dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL), [](void* library) {
+  // It remains loaded: the driver has threads and functions for the end of the process.
+  driver.library.reset(dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE), [](void* library) {
     if (library != nullptr) dlclose(library);
   });
   if (driver.library == nullptr)

@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMaxFiles = 8;
-
 // The "XDG Base Directory Specification": paths that are not absolute are ignored.
 fs::path cache_folder() {
   const char* const chosen = std::getenv("XDG_CACHE_HOME");
@@ -42,7 +40,7 @@ void remove_oldest(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
     if (entry.path().extension() == ".cubin") files.emplace_back(entry.last_write_time(ignored), entry.path());
   std::sort(files.begin(), files.end());
-  for (size_t i = 0; i + kMaxFiles < files.size(); ++i) fs::remove(files[i].second, ignored);
+  for (size_t i = 0; i + kMaxCachedKernels < files.size(); ++i) fs::remove(files[i].second, ignored);
 }
 
 } // namespace

@@ -1,7 +1,10 @@
-// Compiled kernels in the user's cache folder: a driver takes minutes to compile them.
+// Compiled kernels in the user's cache folder, a file for each.
+//
+// A driver takes minutes to compile some of them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -9,7 +12,7 @@
 
 namespace kindling {
 
-// Returns the file for what a driver of this version makes of the PTX for GPUs of this capability
+// Returns the file for what a driver of this version makes of this PTX for GPUs of this capability
 // (10 major + minor), in $XDG_CACHE_HOME/kindling/kernels, or in ~/.cache without that variable.
 // Empty if there is no such folder.
 [[nodiscard]] std::filesystem::path kernel_cache_file(std::string_view ptx, int capability, int driver_version);
@@ -17,8 +20,10 @@ namespace kindling {
 // Returns the bytes of the file; none if it does not exist or cannot be read.
 [[nodiscard]] std::vector<char> read_cached_kernels(const std::filesystem::path& file);
 
-// Writes the file and its folder, and removes the oldest files there beyond eight. A cache that
-// cannot be written is no error.
+// The number of files in the cache: those of all kernels for a few programs and drivers.
+inline constexpr size_t kMaxCachedKernels = 64;
+// Writes the file and its folder, and removes the oldest files there beyond kMaxCachedKernels. A
+// cache that cannot be written is no error. Several threads may call it for different files.
 void cache_kernels(const std::filesystem::path& file, std::span<const char> code);
 
 } // namespace kindling

@@ -40,5 +40,7 @@ enum class Kernel : uint8_t {
 inline constexpr std::array kAllKernels{KINDLING_KERNELS(KINDLING_KERNEL)};
 #undef KINDLING_KERNEL
 inline constexpr size_t kKernelCount = kAllKernels.size();
+// Room for the largest argument.
+inline constexpr size_t kMaxArgumentBytes = 4096;
 
 } // namespace kindling

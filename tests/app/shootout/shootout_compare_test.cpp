@@ -51,6 +51,28 @@ TEST(CompareShootouts, RatiosAreThoseOfTheSecondReport) {
   EXPECT_EQ(text.value().find("clock:"), std::string::npos);
 }
 
+// A device has calls that the first accelerator has not.
+TEST(CompareShootouts, CallsOfOneAcceleratorHaveLines) {
+  Json a = report("Zen 5", 1.0), b = report("Zen 5", 2.0);
+  for (Json* both : {&a, &b}) {
+    Json device = (*both)["scenes"][0]["accelerators"][0];
+    device["name"] = "kdtree on gpu";
+    for (Json& row : device["traversal"]) row["call"] = "launch";
+    (*both)["scenes"][0]["accelerators"].push_back(device);
+  }
+  const Result<std::string> text = compare_shootouts("a", a.dump(), "b", b.dump());
+  ASSERT_TRUE(text.ok()) << text.error().message;
+  for (const char* call :
+       {"  camera   single       2.00x                -", "  camera   launch           -            2.00x"}) {
+    std::string squeezed, wanted; // without the widths of columns
+    for (const char c : text.value())
+      if (c != ' ' || !squeezed.ends_with(' ')) squeezed += c;
+    for (const char c : std::string(call))
+      if (c != ' ' || !wanted.ends_with(' ')) wanted += c;
+    EXPECT_NE(squeezed.find(wanted), std::string::npos) << text.value();
+  }
+}
+
 TEST(CompareShootouts, ReportsEqualSettings) {
   const std::string same = report("Zen 5", 1.0).dump();
   const Result<std::string> text = compare_shootouts("a", same, "b", same);

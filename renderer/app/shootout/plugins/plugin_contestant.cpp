@@ -13,27 +13,6 @@ namespace kindling::app {
 
 namespace {
 
-// FNV-1a by words of 64 bits.
-uint64_t hash_bytes(const void* data, size_t size) {
-  uint64_t hash = 0xcbf29ce484222325ULL;
-  const auto* bytes = static_cast<const unsigned char*>(data);
-  for (size_t at = 0; at < size; at += sizeof(uint64_t)) {
-    uint64_t word = 0;
-    std::memcpy(&word, bytes + at, std::min(sizeof word, size - at));
-    hash = (hash ^ word) * 0x100000001b3ULL;
-    hash ^= hash >> 29;
-  }
-  return hash;
-}
-
-// What the contract fixes: a miss has no other numbers.
-uint64_t hash_answers(Answers answers) {
-  for (accel::Hit& hit : answers.hits)
-    if (!hit.is_hit()) hit = accel::Hit();
-  return answers.hits.empty() ? hash_bytes(answers.occluded.data(), answers.occluded.size())
-                              : hash_bytes(answers.hits.data(), answers.hits.size() * sizeof(accel::Hit));
-}
-
 std::string step_of(const RaySet& set, CallForm form) {
   return fmt::format("while tracing {} by {} calls", set.name, call_form_name(form));
 }
@@ -61,7 +40,8 @@ class PluginContestant::Remote final : public accel::Accelerator {
 
 PluginContestant::PluginContestant(PluginSpec plugin, const accel::BuildInput& geometry, std::span<const RaySet> sets,
                                    const SharedMemory& race, const PluginLimits& limits)
-    : plugin_(std::move(plugin)), geometry_(geometry), sets_(sets), remote_(std::make_unique<Remote>(*this)) {
+    : plugin_(std::move(plugin)), geometry_(geometry), sets_(sets), examiner_(geometry),
+      remote_(std::make_unique<Remote>(*this)) {
   Result<SharedMemory> answers = SharedMemory::create(std::max(answer_bytes(sets), sizeof(accel::Ray)));
   if (!answers.ok()) {
     fault_ = answers.error().message;
@@ -115,7 +95,7 @@ std::optional<BuildMeasurement> PluginContestant::build(int threads, bool measur
   result.statistics.reference_count = reply->reference_count;
   result.statistics.triangle_count = reply->triangle_count;
   result.statistics.instance_count = reply->instance_count;
-  answer_hashes_.clear(); // another build may break ties otherwise
+  examiner_.forget();
   return result;
 }
 
@@ -131,38 +111,13 @@ std::optional<WorkTime> PluginContestant::trace(size_t set, CallForm form, uint3
   std::memcpy(answers.hits.data(), answers_->data(), answers.hits.size() * sizeof(accel::Hit));
   std::memcpy(answers.occluded.data(), answers_->data(), answers.occluded.size());
 
-  const uint64_t hash = hash_answers(answers);
-  const auto [known, is_first] = answer_hashes_.try_emplace({set, form}, hash);
-  if (is_first) {
-    if (const std::string wrong = examine(sets_[set], answers); !wrong.empty())
-      fault_ = fmt::format("lies {}: {}", step, wrong);
-  } else if (known->second != hash) {
-    fault_ = fmt::format("lies {}: other answers to the same rays than before", step);
-  }
+  if (const std::string wrong = examiner_.examine(sets_[set], set, form, answers); !wrong.empty())
+    fault_ = fmt::format("lies {}: {}", step, wrong);
   const double elsewhere_s = reply->process_cpu_s - reply->cpu_s;
   if (elsewhere_s > 0.005 + 0.2 * reply->cpu_s)
     fault_ = fmt::format("cheats {}: other threads worked for {:.3g} s", step, elsewhere_s);
   if (!fault_.empty()) return std::nullopt;
   return WorkTime{reply->wall_s, reply->cpu_s};
-}
-
-std::string PluginContestant::examine(const RaySet& set, const Answers& answers) const {
-  for (size_t i = 0; i < answers.occluded.size(); ++i)
-    if (answers.occluded[i] > 1)
-      return fmt::format("ray {} has the answer {}; 0 and 1 are allowed", i, answers.occluded[i]);
-  size_t hits = 0, elsewhere = 0, first = 0;
-  for (size_t i = 0; i < answers.hits.size(); ++i) {
-    const accel::Hit& hit = answers.hits[i];
-    if (const std::string why = why_no_hit(geometry_, set.rays[i], hit); !why.empty())
-      return fmt::format("ray {} hits {}", i, why);
-    if (!hit.is_hit()) continue;
-    ++hits;
-    if (lies_on_its_triangle(geometry_, set.rays[i], hit)) continue;
-    if (elsewhere++ == 0) first = i;
-  }
-  // Few of them may be slivers, seen along their plane.
-  if (elsewhere * 100 <= hits) return {};
-  return fmt::format("{} of {} hits are not where their triangle is, ray {} first", elsewhere, hits, first);
 }
 
 std::vector<float> PluginContestant::time_singles(size_t set) {

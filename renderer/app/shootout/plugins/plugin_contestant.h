@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/app/shootout/answer_examiner.h"
 #include "renderer/app/shootout/contestant.h"
 #include "renderer/app/shootout/plugins/plugin_process.h"
 #include "renderer/app/shootout/plugins/shared_race.h"
 
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
 
 namespace kindling::app {
 
@@ -41,20 +40,18 @@ class PluginContestant final : public Contestant {
  private:
   class Remote;
 
-  // Returns what is wrong with the answers; empty if nothing is.
-  [[nodiscard]] std::string examine(const RaySet& set, const Answers& answers) const;
   [[nodiscard]] accel::Hit intersect(const accel::Ray& ray);
   std::optional<PluginReply> ask(const PluginRequest& request, const std::string& step);
 
   PluginSpec plugin_;
   accel::BuildInput geometry_;
   std::span<const RaySet> sets_;
+  AnswerExaminer examiner_;
   std::optional<SharedMemory> answers_;
   std::unique_ptr<PluginProcess> process_;
   std::unique_ptr<Remote> remote_;
   std::string description_;
   std::string fault_;
-  std::map<std::pair<size_t, CallForm>, uint64_t> answer_hashes_; // of the first answers to a set
 };
 
 } // namespace kindling::app
