@@ -4,12 +4,13 @@
     bench/equal_noise.py scenes/interior.glb --setting full= --setting "clamped=--clamp-indirect 10" --spp 4,16,64
     bench/equal_noise.py FOLDER --cycles --spp 16 --seeds 2 --check-reference
     bench/equal_noise.py FOLDER --peers cycles,mitsuba,luxcore --clock cpu
+    bench/equal_noise.py FOLDER --denoise --reference-spp 1024 --spp 4,16 --size 320x180 --clock cpu
 
 All get the same camera, environment, size, bounces and threads, and a box filter; none gets denoising, clamps or
 adaptive sampling. --peers installs the renderers from PyPI where they are missing (peers/README.md); --cycles takes an
 installed Blender. Seeds are the outermost loop, so that disturbances of the machine
 affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding or
-building.
+building. With --denoise both Kindling and Cycles denoise their images, in equal time (denoised_race.py).
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -60,6 +61,10 @@ def parse_arguments(arguments=None):
                         help="cpu: time on all threads, for Kindling that of the process without that of a render of 8 x 8 pixels (wall)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here, with the common flags alone")
+    parser.add_argument("--denoise", action="store_true",
+                        help="instead: images denoised by Open Image Denoise against those of Cycles in equal time, with errors against a "
+                             "converged image of each (--reference-spp)")
+    parser.add_argument("--strips", type=Path, metavar="FOLDER", help="with --denoise: write denoised and converged images of both, side by side, there")
     parser.add_argument("--check-reference", action="store_true",
                         help="exit 1 if the mean of a channel differs from the reference's by more than 0.5 %%")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures there")
@@ -67,8 +72,12 @@ def parse_arguments(arguments=None):
     parser.add_argument("--html", type=Path, metavar="OUT", help="write a page with plots and images there")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep images and logs there")
     options = parser.parse_args(arguments)
-    if options.seeds < 2:
+    if options.denoise:
+        check_denoise(parser, options)
+    elif options.seeds < 2:
         parser.error("--seeds: noise needs at least 2 renders")
+    elif options.strips:
+        parser.error("--strips: has no meaning without --denoise")
     if options.clock == "cpu" and options.cycles:
         parser.error("--clock cpu: the CPU time of Blender includes more than Cycles; use --clock wall")
     if options.cycles and CYCLES in options.peers:
@@ -78,6 +87,16 @@ def parse_arguments(arguments=None):
     if len(set(names)) < len(names):
         parser.error(f"--setting: two are called {next(name for name in names if names.count(name) > 1)}")
     return options
+
+
+def check_denoise(parser, options):
+    if not options.reference_spp:
+        parser.error("--denoise: errors need converged images; add --reference-spp")
+    if options.seeds < 1:
+        parser.error("--seeds: at least 1")
+    for flag in ("setting", "cycles", "peers", "check_reference", "html"):
+        if getattr(options, flag):
+            parser.error(f"--{flag.replace('_', '-')}: has no meaning with --denoise, a race of Kindling and Cycles from PyPI")
 
 
 def parse_setting(text):
@@ -105,6 +124,8 @@ def main():
     options = parse_arguments()
     jobs = renderers.load_jobs(options.scenes, scenes=options.only, size_px=options.size, threads=options.threads)
     kindling = renderers.find_kindling(options.kindling)
+    if options.denoise:
+        return race_denoised(jobs, kindling, options)
     blender = renderers.find_blender() if options.cycles else None
     if options.cycles and not blender:
         print("blender is not installed (Debian: apt-get install blender): Kindling alone", file=sys.stderr)
@@ -127,6 +148,24 @@ def main():
             scene.pop("images")
         options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     return 0 if not options.check_reference or check_references(scenes) else 1
+
+
+def race_denoised(jobs, kindling, options):
+    import denoised_race  # needs NumPy
+    if peers.prepare(["cycles"]) != ["cycles"]:
+        return 1
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        scenes = [denoised_race.measure_scene(job, options, kindling, folder) for job in jobs]
+    table = denoised_race.table_of(scenes)
+    print(f"\n{options.threads} threads, {options.seeds} seeds, {options.clock} times.\n\n{table}")
+    if options.markdown:
+        options.markdown.write_text(table, encoding="utf-8")
+    if options.json:
+        options.json.write_text(json.dumps({"threads": options.threads, "seeds": options.seeds, "clock": options.clock, "scenes": scenes}, indent=1) + "\n",
+                                encoding="utf-8")
+    return 0
 
 
 # --- measuring

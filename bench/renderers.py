@@ -44,6 +44,7 @@ class Run:
     peak_mb: float  # maximum resident set of the process, MiB
     cpu_s: float  # user and system time of the whole process
     path_tracing_cpu_s: float | None = None  # CPU seconds of path tracing alone, where the renderer tells them
+    denoise_s: float = 0.0  # of the filter, on the clock
 
 
 def run_measured(command, log_path, environment=None):
@@ -91,7 +92,8 @@ def run_kindling(binary, job, spp, seed, stem, flags=()):
     _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, image, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s)
+    return Run(seed, image, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s,
+               denoise_s=stats["phases"]["denoise"])
 
 
 def peer_job(job, spp, seed, image):

@@ -9,6 +9,7 @@ clamps, no adaptive sampling, no glossy blur, no light threshold, caustics on, b
 # SPDX-License-Identifier: Apache-2.0
 import json
 import math
+import os
 import re
 import struct
 import sys
@@ -21,6 +22,9 @@ if not hasattr(numpy, "bool"):
     numpy.bool = bool
 
 import bpy  # noqa: E402  (after the repair of numpy)
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # Blender runs scripts without their folder
+import budget  # noqa: E402
 
 
 def read_gltf_json(path):
@@ -145,9 +149,17 @@ def set_camera(gltf, size_px):
     camera.data.dof.use_dof = False
 
 
-def timed_render(samples, write):
+def timed_render(samples, write, denoised=False):
     """Returns the seconds of a render on the clock, and of all threads."""
-    bpy.context.scene.cycles.samples = samples
+    cycles = bpy.context.scene.cycles
+    cycles.samples = samples
+    cycles.use_denoising = denoised
+    if denoised:  # Open Image Denoise at its best, on the processor
+        cycles.denoiser = "OPENIMAGEDENOISE"
+        cycles.denoising_input_passes = "RGB_ALBEDO_NORMAL"
+        cycles.denoising_prefilter = "ACCURATE"
+        cycles.denoising_quality = "HIGH"
+        cycles.denoising_use_gpu = False
     wall, cpu = time.perf_counter(), time.process_time()
     bpy.ops.render.render(write_still=write)
     return time.perf_counter() - wall, time.process_time() - cpu
@@ -158,6 +170,15 @@ def path_tracing_times(samples):
     one = timed_render(1, False)
     many = timed_render(samples, True)
     return [max(b - a, 1e-3) * samples / max(samples - 1, 1) for a, b in zip(one, many)]
+
+
+def denoised_within(job):
+    """Renders and denoises as many samples as path tracing and filter can have in the job's time."""
+    clock = 1 if job["clock"] == "cpu" else 0
+    fixed_s, sample_s, filter_s = budget.measure(lambda samples, denoised: timed_render(samples, False, denoised), clock)
+    samples = budget.samples_within(job["budget_s"], sample_s, filter_s)
+    total_s = timed_render(samples, True, True)[clock] - fixed_s
+    return {"version": bpy.app.version_string, "spp": samples, "total_s": total_s, "filter_s": filter_s}
 
 
 def main():
@@ -175,6 +196,9 @@ def main():
     set_cycles(job)
     set_camera(gltf, job["size_px"])
     bpy.context.scene.render.filepath = job["output"]
+    if job.get("budget_s"):
+        print("PEER-RESULT " + json.dumps(denoised_within(job)), flush=True)
+        return
     if job.get("timed"):
         wall_s, cpu_s = path_tracing_times(job["spp"])
         print("PEER-RESULT " + json.dumps({"version": bpy.app.version_string, "wall_s": wall_s, "cpu_s": cpu_s}), flush=True)

@@ -34,8 +34,23 @@ def prepare(names):
 
 def run(name, job, spp, seed, stem):
     """Writes STEM.exr or STEM.pfm, and STEM.log. Times are those of path tracing alone, as the renderer's script measures them."""
-    image, job_path = Path(f"{stem}{IMAGE_SUFFIX[name]}"), Path(f"{stem}.job.json")
-    job_path.write_text(json.dumps(renderers.peer_job(job, spp, seed, image) | {"timed": True}), encoding="utf-8")
+    image = Path(f"{stem}{IMAGE_SUFFIX[name]}")
+    result, wall_s, peak_mb, cpu_s = call(name, renderers.peer_job(job, spp, seed, image) | {"timed": True}, stem)
+    return renderers.Run(seed, image, result["wall_s"], wall_s, wall_s, peak_mb, cpu_s, result["cpu_s"])
+
+
+def run_denoised(name, job, budget_s, clock, seed, stem):
+    """Writes STEM.exr, denoised by the renderer itself, with as many samples as path tracing and filter can have in that time on
+    this clock, "wall" or "cpu". Returns image, spp, total_s and filter_s."""
+    image = Path(f"{stem}{IMAGE_SUFFIX[name]}")
+    result, *_ = call(name, renderers.peer_job(job, 1, seed, image) | {"budget_s": budget_s, "clock": clock}, stem)
+    return {"image": image} | {key: result[key] for key in ("spp", "total_s", "filter_s")}
+
+
+def call(name, job, stem):
+    """Runs a renderer's script. Returns what it reported, wall seconds, peak MiB and CPU seconds."""
+    job_path = Path(f"{stem}.job.json")
+    job_path.write_text(json.dumps(job), encoding="utf-8")
     environment = dict(os.environ)
     if name == "mitsuba" and (library := llvm_library()):
         environment.setdefault("DRJIT_LIBLLVM_PATH", str(library))
@@ -44,4 +59,4 @@ def run(name, job, spp, seed, stem):
     results = [json.loads(line[len(RESULT):]) for _, line in lines if line.startswith(RESULT)]
     if len(results) != 1:
         sys.exit(f"{name} reported no time; see {stem}.log")
-    return renderers.Run(seed, image, results[0]["wall_s"], wall_s, wall_s, peak_mb, cpu_s, results[0]["cpu_s"])
+    return results[0], wall_s, peak_mb, cpu_s

@@ -98,10 +98,10 @@ class ExactSum {
   static_assert(kRangeBits + kCoarseBits <= 62 && kRestBits > 0 && kRestBits <= 62);
 
   [[nodiscard]] UInt128 bits() const { return static_cast<UInt128>(high_) << 64 | low_; }
+  // By words, in place: GCC takes a sum of 128 bits by way of the stack where registers are few.
   void add_bits(UInt128 term) {
-    const UInt128 sum = bits() + term;
-    low_ = static_cast<uint64_t>(sum);
-    high_ = static_cast<uint64_t>(sum >> 64);
+    const bool carry = __builtin_add_overflow(low_, static_cast<uint64_t>(term), &low_);
+    high_ += static_cast<uint64_t>(term >> 64) + (carry ? 1 : 0);
   }
 
   [[gnu::noinline]] void add_large(double x) {

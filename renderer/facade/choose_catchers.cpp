@@ -1,4 +1,4 @@
-// Finds nodes by their unique names, and all below them.
+// Finds nodes by their unique names, and nodes and materials that the file marks.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/facade/choose_catchers.h"
 
@@ -9,6 +9,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace kindling {
 namespace {
@@ -26,21 +29,37 @@ std::string list_objects(const SurfaceNames& names) {
 
 } // namespace
 
-Result<std::vector<uint8_t>> choose_catchers(const RenderScene& scene, const std::vector<std::string>& names) {
-  if (names.empty()) return std::vector<uint8_t>();
-  assert(scene.names);
-  const std::vector<std::string>& known = scene.names->nodes;
-  std::vector<uint8_t> flags(known.size(), 0);
+Result<std::optional<CatcherFlags>> choose_catchers(const RenderScene& scene, const ImageSettings& image) {
+  if (!image.has_shadow_catchers()) return std::optional<CatcherFlags>();
   std::vector<int> chosen;
-  for (const std::string& name : names) {
+  for (const std::string& name : image.shadow_catchers) {
+    assert(scene.names);
+    const std::vector<std::string>& known = scene.names->nodes;
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end())
       return usage_error(fmt::format("--shadow-catcher: {} has no object '{}'; use {}", scene.source, name,
                                      list_objects(*scene.names)));
     chosen.push_back(static_cast<int>(found - known.begin()));
   }
-  walk_nodes(scene.scene, chosen, [&](int node, int /*parent*/) { flags[static_cast<size_t>(node)] = 1; });
-  return flags;
+  CatcherFlags flags{std::vector<uint8_t>(scene.scene.nodes.size(), 0), {}};
+  if (image.shadow_catchers_of_file) {
+    bool any = false;
+    for (size_t i = 0; i < scene.scene.nodes.size(); ++i) {
+      if (!scene.scene.nodes[i].shadow_catcher) continue;
+      chosen.push_back(static_cast<int>(i));
+      any = true;
+    }
+    for (const Material& material : scene.scene.materials) {
+      flags.materials.push_back(material.shadow_catcher ? 1 : 0);
+      any = any || material.shadow_catcher;
+    }
+    if (!any)
+      return usage_error(fmt::format("--shadow-catchers: no node or material of {} has the extras "
+                                     "{{\"kindling\": {{\"shadowCatcher\": true}}}}; name a node with --shadow-catcher",
+                                     scene.source));
+  }
+  walk_nodes(scene.scene, chosen, [&](int node, int /*parent*/) { flags.nodes[static_cast<size_t>(node)] = 1; });
+  return std::optional(std::move(flags));
 }
 
 } // namespace kindling

@@ -224,23 +224,23 @@ Result<void> size_points_and_lines(RenderScene& scene, const ImageSettings& imag
 }
 
 // Names the objects if that is needed. Returns the flags of shadow catchers.
-Result<std::vector<uint8_t>> name_objects(RenderScene& scene, const ImageSettings& image) {
+Result<std::optional<CatcherFlags>> name_objects(RenderScene& scene, const ImageSettings& image) {
   if ((image.aovs.has_mattes() || !image.shadow_catchers.empty()) && !scene.names)
     scene.names = std::make_shared<const SurfaceNames>(name_surfaces(scene.scene));
-  return choose_catchers(scene, image.shadow_catchers);
+  return choose_catchers(scene, image);
 }
 
 // Adds what some layers need, once the camera is placed. `unturned` is the camera before
 // ImageSettings::turn, `caught` the flags of choose_catchers().
 Result<void> add_layers(const RenderScene& scene, std::optional<FrameNeighbors> neighbors, const PlacedCamera& unturned,
-                        std::vector<uint8_t> caught, const ImageSettings& image, const WorldOptions& options,
+                        std::optional<CatcherFlags> caught, const ImageSettings& image, const WorldOptions& options,
                         const CancelToken* cancel, RenderStage& stage) {
   if (neighbors)
     stage.motion = std::make_shared<const FrameMotion>(
         frame_motion(*std::move(neighbors), unturned, image, stage.size_px,
                      [&](const PlacedCamera& camera) { return turn_center(scene, image, camera); }));
-  if (caught.empty()) return {};
-  stage.catchers = ShadowCatchers::make(*stage.world, std::move(caught), options, cancel);
+  if (!caught) return {};
+  stage.catchers = ShadowCatchers::make(*stage.world, *std::move(caught), options, cancel);
   if (!stage.catchers) return Error{ErrorKind::render_failed, "cancelled while the accelerator was built"};
   return {};
 }
@@ -298,7 +298,7 @@ Result<PosedImage> pose_image(RenderScene& scene, const ImageSettings& image) {
 Result<RenderStage> build_stage(RenderScene& scene, PosedImage posed, const ImageSettings& image, bool more,
                                 const CancelToken* cancel, ProgressListener& listener) {
   const Stopwatch clock;
-  Result<std::vector<uint8_t>> caught = name_objects(scene, image); // before the scene is consumed
+  Result<std::optional<CatcherFlags>> caught = name_objects(scene, image); // before the scene is consumed
   if (!caught.ok()) return caught.error();
   ImageSettings deciding = image;
   if (image.own_camera && scene.path_start) deciding.own_camera = scene.path_start;

@@ -65,6 +65,21 @@ struct Renderer::Impl {
   mutable std::shared_mutex stage_mutex;
   std::optional<RenderStage> stage; // of the last image
   RenderSettings settings;          // likewise
+
+  // The guide of the last image, for replays: unset until it is trained, null if the image has
+  // none.
+  std::mutex guide_mutex;
+  std::optional<std::shared_ptr<const Guide>> guide;
+  // Returns that guide; trains it if a replay comes first. Needs the stage.
+  [[nodiscard]] Result<std::shared_ptr<const Guide>> guide_of_image() {
+    const std::lock_guard training(guide_mutex);
+    if (!guide) {
+      Result<std::shared_ptr<const Guide>> trained = train_again(*stage->world, *stage->camera, settings);
+      if (!trained.ok()) return trained.error();
+      guide = std::move(trained).value();
+    }
+    return *guide;
+  }
 };
 
 Renderer::Renderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
@@ -116,6 +131,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   // --- pose, identity, World ---------------------------------------------------------------------
   std::unique_lock changing(impl_->stage_mutex);
   impl_->stage.reset();
+  impl_->guide.reset();
   scene.keeps_decisions = run.keep_decisions;
   Result<PosedImage> posed = pose_image(scene, image);
   if (!posed.ok()) return posed.error();
@@ -158,6 +174,10 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     checkpoint->set_metadata(metadata_to_json(metadata()));
     continuity = checkpoint->continuity();
   }
+  continuity.after_training = [&impl = *impl_](std::shared_ptr<const Guide> guide) {
+    const std::lock_guard setting(impl.guide_mutex);
+    impl.guide = std::move(guide);
+  };
   if (run.on_pass)
     continuity.after_pass = [&](const RenderState& state) {
       const PixelRect wanted = settings.wanted_pixels();
@@ -223,8 +243,10 @@ Result<ReplayedPath> Renderer::replay(const V2f& position, uint32_t sample) cons
   for (int axis = 0; axis < 2; ++axis)
     path.pixel[axis] = std::clamp(static_cast<int>(position[axis] * static_cast<float>(stage.size_px[axis])), 0,
                                   stage.size_px[axis] - 1);
+  const Result<std::shared_ptr<const Guide>> guide = impl_->guide_of_image();
+  if (!guide.ok()) return guide.error();
   Result<ReplayedSample> replayed =
-      replay_sample(*stage.world, *stage.camera, impl_->settings, path.pixel, path.sample);
+      replay_sample(*stage.world, *stage.camera, impl_->settings, guide.value().get(), path.pixel, path.sample);
   if (!replayed.ok()) return replayed.error();
   path.replayed = std::move(replayed).value();
   path.ways = find_path_ways(*stage.camera, path.replayed.trace, stage.world->bounds);

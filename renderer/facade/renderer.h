@@ -122,9 +122,9 @@ class Renderer {
   // and while a World is built. May be called from any thread at any time.
   [[nodiscard]] std::optional<PickedSurface> pick(const V2f& position) const;
   // Renders a sample of the pixel at this position again, of the last image or the one being
-  // rendered; `sample` counts from 0 and wraps around. With a guide, which is trained again, this
-  // may take seconds, and the next render() waits for it. Fails (usage) before the first image and
-  // while a World is built. May be called from any thread at any time.
+  // rendered; `sample` counts from 0 and wraps around. A guide that is not trained yet is trained
+  // for this, which may take seconds, and the next render() waits for it. Fails (usage) before the
+  // first image and while a World is built. May be called from any thread at any time.
   [[nodiscard]] Result<ReplayedPath> replay(const V2f& position, uint32_t sample) const;
 
   Renderer(Renderer&&) noexcept;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/append_reserved.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
@@ -17,12 +18,12 @@ struct BatchSink {
   const World& world; // for the names of materials
 
   void extend(const PathInFlight& path, const accel::Ray& ray) {
-    context.next_active.push_back(path.slot);
-    context.next_rays.push_back(ray);
+    append_reserved(context.next_active, path.slot);
+    append_reserved(context.next_rays, ray);
   }
   void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
-    context.shadow_rays.push_back(ray);
-    context.shadow_records.push_back(record);
+    append_reserved(context.shadow_rays, ray);
+    append_reserved(context.shadow_records, record);
   }
 
   [[nodiscard]] bool records() const { return context.recorder != nullptr; }

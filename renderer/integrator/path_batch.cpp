@@ -79,13 +79,14 @@ void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film&
       context.counters.add_non_finite(camera_sample.pixel, camera_sample.sample_index);
       continue;
     }
+    FilmSample sample{radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index};
     if (caught) {
-      film.add(camera_sample.pixel, {Rgb(0.0f), 0.0f, camera_sample.filter_weight, camera_sample.sample_index});
+      sample.radiance = Rgb(0.0f);
+      sample.alpha = 0.0f;
       film.add_caught(camera_sample.pixel, *caught, camera_sample.filter_weight);
-    } else {
-      film.add(camera_sample.pixel, {radiance, state.alpha, camera_sample.filter_weight, camera_sample.sample_index});
-      if (context.split_light) add_split(slot, radiance, context, film);
     }
+    film.add(camera_sample.pixel, sample);
+    if (context.split_light && !caught) add_split(slot, radiance, context, film);
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
     surface.emission = caught ? Rgb(0.0f) : state.light[kEmission];

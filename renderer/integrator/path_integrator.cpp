@@ -3,6 +3,7 @@
 #include "renderer/integrator/path_integrator.h"
 
 #include "renderer/guiding/guide.h"
+#include "renderer/integrator/append_reserved.h"
 #include "renderer/integrator/batch_sink.h"
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/caught_paths.h"
@@ -191,9 +192,9 @@ void PathIntegrator::tint_shadows(PathContext& context) const {
   context.thin_wall_records.clear();
   for (size_t i = 0; i < context.shadow_rays.size(); ++i) {
     if (context.occluded[i]) continue;
-    context.thin_wall_rays.push_back(context.shadow_rays[i]);
+    append_reserved(context.thin_wall_rays, context.shadow_rays[i]);
     context.thin_wall_rays.back().flags = kHitThinWalls;
-    context.thin_wall_records.push_back(static_cast<uint32_t>(i));
+    append_reserved(context.thin_wall_records, static_cast<uint32_t>(i));
   }
   SurfacePoint& scratch = context.group.members[0].surface; // free: shading of the batch has ended
   for (uint32_t thin_wall = 0; thin_wall < kMaxTransparentSurfaces && !context.thin_wall_rays.empty(); ++thin_wall) {

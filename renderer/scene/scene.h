@@ -128,7 +128,8 @@ struct Material {
   bool specular_glossiness = false;
   float glossiness_factor = 1.0f;
 
-  std::string light_group; // of its emission, of Kindling's extras; empty: none
+  std::string light_group;     // of its emission, of Kindling's extras; empty: none
+  bool shadow_catcher = false; // of Kindling's extras: its surfaces are meant to show shadows alone
 
   std::vector<std::string> extensions_used; // every extension object found on it, supported or not; for `info`
 };
@@ -219,6 +220,7 @@ struct Node {
   std::vector<Transform> gpu_instances; // EXT_mesh_gpu_instancing: the mesh is drawn once for each, in node space
   bool visible = true;                  // KHR_node_visibility; false hides the node and its descendants
   std::string light_group;              // of the light that it and its descendants emit, of Kindling's extras
+  bool shadow_catcher = false;          // of Kindling's extras: it and its descendants are to show shadows alone
 };
 
 struct Skin {

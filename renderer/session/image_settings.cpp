@@ -23,7 +23,7 @@ AovSet ImageSettings::recorded_aovs() const {
   AovSet recorded = aovs;
   if (denoising != Denoising::off)
     for (const Aov guide : {Aov::denoising_albedo, Aov::denoising_normal}) recorded.insert(guide);
-  if (!shadow_catchers.empty()) recorded.insert(Aov::shadow_catcher);
+  if (has_shadow_catchers()) recorded.insert(Aov::shadow_catcher);
   return recorded;
 }
 

@@ -124,6 +124,7 @@ struct ImageSettings {
   // Names of nodes (name_surfaces()) which, with all nodes below them, show nothing but the shadows
   // on them. Then the background must be transparent.
   std::vector<std::string> shadow_catchers;
+  bool shadow_catchers_of_file = false; // also those that the file marks (Node, Material::shadow_catcher)
 
   std::optional<uint32_t> spp;         // samples per pixel; the maximum with a noise threshold
   std::optional<uint32_t> planned_spp; // sample count the pattern is designed for; unset: spp
@@ -145,6 +146,7 @@ struct ImageSettings {
     if (time_limit_s) return kUnlimitedSamplesPerPixel;
     return adaptive.enabled() ? kDefaultMaxSamplesPerPixel : kDefaultSamplesPerPixel;
   }
+  [[nodiscard]] bool has_shadow_catchers() const { return shadow_catchers_of_file || !shadow_catchers.empty(); }
   // Returns the AOVs of the film: `aovs`, those that guide a denoiser, and that of shadow catchers.
   [[nodiscard]] AovSet recorded_aovs() const;
   [[nodiscard]] uint32_t planned_samples() const { return planned_spp.value_or(samples_per_pixel()); }

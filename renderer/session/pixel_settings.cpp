@@ -134,6 +134,7 @@ void add_scene(const ImageSettings& o, const ResolvedImage& resolved, SortedJson
   j["--backfaces"] = backfaces_name(o.backfaces);
   j["--fps"] = o.aovs.needs_motion() ? frame_step(o.frame_step) : SortedJson();
   j["--shadow-catcher"] = o.shadow_catchers;
+  j["--shadow-catchers"] = o.shadow_catchers_of_file ? "extras" : "off";
 }
 
 void add_lens(const LensOptions& o, SortedJson& j) {

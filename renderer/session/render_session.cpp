@@ -50,6 +50,17 @@ uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   return min_done;
 }
 
+// Checks that a state is one of this render. The guide of all runs is the same.
+Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::string>& light_groups,
+                               RenderSettings& settings) {
+  if (Result<void> checked = check_state(settings, state); !checked) return checked;
+  if (state.film.light_groups() != light_groups)
+    return Error{ErrorKind::usage, "resuming: the state has other light groups"};
+  const std::optional<uint64_t>& before = state.work.training_paths;
+  if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
+  return {};
+}
+
 } // namespace
 
 std::string_view guiding_name(Guiding guiding) {
@@ -70,14 +81,10 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   Result<LightGroups> groups =
       make_light_groups(world, settings.integrator.light_groups, settings.integrator.background.has_value());
   if (!groups) return groups.error();
-  if (continuity.resume_from) {
-    if (const Result<void> checked = check_state(settings, *continuity.resume_from); !checked) return checked.error();
-    if (continuity.resume_from->film.light_groups() != groups.value().names)
-      return Error{ErrorKind::usage, "resuming: the state has other light groups"};
-    // The guide of all runs is the same.
-    const std::optional<uint64_t>& before = continuity.resume_from->work.training_paths;
-    if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
-  }
+  if (continuity.resume_from)
+    if (const Result<void> checked = prepare_to_resume(*continuity.resume_from, groups.value().names, settings);
+        !checked)
+      return checked.error();
   const auto start = RenderLoop::Clock::now();
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   Result<OpenedDevice> device = open_device(world, camera, settings, threads, [listener](const std::string& line) {
@@ -94,6 +101,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
                         state ? min_samples(settings, state->coverage) : 0);
   TrainedGuide trained;
+  std::shared_ptr<const Guide> guide;
   if (!state || !all_done(settings, state->coverage)) {
     // The user may ask for more threads than cores.
     const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
@@ -102,6 +110,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       trained = train_guide(world, camera, settings, stops.after_open_passes,
                             [&](uint64_t paths) { progress.paths_trained(paths); });
     });
+    guide = std::move(trained.guide);
+    if (continuity.after_training && !stops.after_open_passes()) continuity.after_training(guide);
   }
   if (!state) state = empty_state(settings, std::move(groups.value().names));
   RenderStatistics statistics;
@@ -112,7 +122,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
     const auto placing = RenderLoop::Clock::now();
-    placed = place_integrator(std::move(device).value(), world, camera, settings, trained.guide.get());
+    placed = place_integrator(std::move(device).value(), world, camera, settings, guide.get());
     statistics.device = placed.use;
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
                  trained.busy_s);
@@ -133,18 +143,15 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
 }
 
 Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
-                                     const V2i& pixel, uint32_t sample_index) {
+                                     const Guide* guide, const V2i& pixel, uint32_t sample_index) {
   if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= settings.size_px.x || pixel.y >= settings.size_px.y)
     return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
                                        std::to_string(settings.size_px.y) + " pixels"};
-  RenderSettings untimed = settings; // else the machine's speed would choose the guide
-  untimed.time_limit_s.reset();
-  const TrainedGuide trained = train_guide(world, camera, untimed, nullptr, {});
   const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs,
-                      trained.guide.get(), {.names = settings.names.get()});
+      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, guide,
+                      {.names = settings.names.get()});
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;
@@ -155,6 +162,21 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   const std::vector<float> rgb = film.resolve(Aov::beauty);
   replayed.radiance = Rgb(rgb[0], rgb[1], rgb[2]);
   return replayed;
+}
+
+Result<std::shared_ptr<const Guide>> train_again(const World& world, const Camera& camera,
+                                                 const RenderSettings& settings) {
+  if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
+  RenderSettings untimed = settings; // else the machine's speed would choose the guide
+  untimed.time_limit_s.reset();
+  return std::shared_ptr<const Guide>(train_guide(world, camera, untimed, nullptr, {}).guide);
+}
+
+Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
+                                     const V2i& pixel, uint32_t sample_index) {
+  const Result<std::shared_ptr<const Guide>> guide = train_again(world, camera, settings);
+  if (!guide) return guide.error();
+  return replay_sample(world, camera, settings, guide.value().get(), pixel, sample_index);
 }
 
 } // namespace kindling

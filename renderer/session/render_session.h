@@ -118,6 +118,9 @@ struct RenderContinuity {
   // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted
   // or not, if samples were added since the last call. May be null.
   std::function<void(const RenderState&)> save;
+  // Called before the first pass with the guide of all samples, null if there is none; not if the
+  // training was cancelled. For replay_sample(). May be null.
+  std::function<void(std::shared_ptr<const Guide>)> after_training;
   // Called after each pass while no thread renders, so that the film may be read. Passes do not
   // overlap then: the film is that of a render of the number of samples reached, except while a
   // resumed state has unequal counts. May be null.
@@ -152,6 +155,17 @@ struct ReplayedSample {
 };
 
 // Renders one sample of one pixel again and records its path. The radiance is that of the render.
+// `guide` is that of the render (RenderContinuity::after_training), null if it had none.
+[[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
+                                                   const RenderSettings& settings, const Guide* guide, const V2i& pixel,
+                                                   uint32_t sample_index);
+
+// Trains the guide of a render once more, as if it had no time limit; null: it has none. Fails
+// (usage) on impossible settings.
+[[nodiscard]] Result<std::shared_ptr<const Guide>> train_again(const World& world, const Camera& camera,
+                                                               const RenderSettings& settings);
+
+// replay_sample() with that guide.
 [[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
                                                    const RenderSettings& settings, const V2i& pixel,
                                                    uint32_t sample_index);

@@ -117,6 +117,31 @@ TEST_F(FrameLayersCommand, ShadowCatchersAreTransparent) {
   for (const std::byte value : image.value().pixels) EXPECT_EQ(value, std::byte{0}); // nothing shades it
 }
 
+// A file names its catchers: a node, or a material of it.
+TEST_F(FrameLayersCommand, ShadowCatchersOfTheFile) {
+  write_scene();
+  const std::string plain = read_file("scene.gltf"), mark = R"("extras": {"kindling": {"shadowCatcher": true}}, )";
+  const auto marked = [&](const std::string& before) {
+    std::string text = plain;
+    const size_t at = text.find(before);
+    EXPECT_NE(at, std::string::npos) << before;
+    return text.insert(at, mark);
+  };
+  write_file("node.gltf", marked(R"("name": "square")"));
+  write_file("material.gltf", marked(R"("name": "gray")"));
+  render("scene.gltf", {"--shadow-catcher", "square", "--spp", "2", "-o", "named.exr"});
+  for (const char* file : {"node", "material"}) {
+    const std::string scene = std::string(file) + ".gltf", image = std::string(file) + ".exr";
+    render(scene, {"--shadow-catchers", "extras", "--spp", "2", "-o", image});
+    EXPECT_TRUE(pixels_of(image) == pixels_of("named.exr")) << file;
+    render(scene, {"--spp", "2", "-o", "off.exr"});
+    EXPECT_FALSE(has_channel(read_file("off.exr"), "shadow_catcher.R")) << "only if asked for";
+  }
+  expect_refused("scene.gltf", {"--shadow-catchers", "extras"}, "no node or material of scene.gltf has the extras");
+  expect_refused("node.gltf", {"--shadow-catchers", "on"}, "'on' is no source of shadow catchers; use off or extras");
+  expect_refused("node.gltf", {"--shadow-catchers", "extras", "--background", "1,1,1"}, "--shadow-catchers: shadows");
+}
+
 TEST_F(FrameLayersCommand, RefusalsNameTheFlag) {
   write_scene();
   const std::string scene = "scene.gltf";

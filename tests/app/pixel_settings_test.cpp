@@ -66,6 +66,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--light-groups", {true, {"-o", "a.exr"}, {"--light-groups", "kind"}}},
       {"--cryptomatte", {true, {"-o", "a.exr"}, {"--cryptomatte", "object"}}},
       {"--shadow-catcher", {true, kNone, {"--shadow-catcher", "floor"}}},
+      {"--shadow-catchers", {true, kNone, {"--shadow-catchers", "extras"}}},
       {"--cryptomatte-levels", {false, kNone, {"--cryptomatte-levels", "4"}}},
       {"--exr-float", {false, kNone, {"--exr-float"}}},
       {"--png-bits", {false, kNone, {"--png-bits", "16"}}},

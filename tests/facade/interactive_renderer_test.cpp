@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -67,6 +69,25 @@ TEST(InteractiveRenderer, DecisionsThatHoldAreSettings) {
   world.studio = decided.studio;
   Renderer other = load(world);
   EXPECT_EQ(bits_of(render(other, image).linear_rgb()), bits_of(held.linear_rgb()));
+}
+
+// A replay takes the guide of the image, and trains none.
+TEST(InteractiveRenderer, ReplaysTakeTheGuideOfTheImage) {
+  Renderer renderer = load();
+  ImageSettings image = small_image();
+  image.guiding = Guiding::on;
+  image.training_paths = 1U << 17;
+  const double training_s = render(renderer, image).statistics.guiding.training_s;
+  double fastest_s = training_s;
+  for (uint32_t sample = 0; sample < 4; ++sample) {
+    const auto start = std::chrono::steady_clock::now();
+    const Result<ReplayedPath> path = renderer.replay(V2f(0.5f, 0.8f), sample);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    ASSERT_TRUE(path.ok());
+    EXPECT_GT(path.value().replayed.trace.size(), 1U);
+    fastest_s = std::min(fastest_s, took.count());
+  }
+  EXPECT_LT(fastest_s, 0.2 * training_s);
 }
 
 TEST(InteractiveRenderer, PicksTheSurfaceOfAPixel) {

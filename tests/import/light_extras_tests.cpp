@@ -1,4 +1,4 @@
-// Sizes of lights, from extras that are valid, invalid or of another kind of light.
+// Extras of lights and shadow catchers that are valid, invalid or of another kind.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/import/gltf_builder.h"
 
@@ -51,6 +51,37 @@ TEST(LightExtras, LightGroupsOfLightsMaterialsAndNodes) {
   EXPECT_TRUE(loaded.warned("/materials/1/extras/kindling/lightGroup"));
   EXPECT_TRUE(loaded.warned("'group' is ignored, expected one of lightGroup"));
   EXPECT_EQ(loaded.warnings.size(), 2U); // that of the node counts with that of the material
+}
+
+TEST(ShadowCatcherExtras, MarkNodesAndMaterials) {
+  GltfBuilder builder;
+  builder.root["materials"] = json::parse(
+      R"([{"extras": {"kindling": {"shadowCatcher": true}}}, {"extras": {"kindling": {"shadowCatcher": false}}}, {}])");
+  builder.root_node({{"extras", {{"kindling", {{"shadowCatcher", true}, {"lightGroup", "room"}}}}}});
+  builder.root_node({{"extras", {{"shadowCatcher", true}}}}); // of another application
+  const Loaded loaded = load(builder);
+  ASSERT_TRUE(loaded.scene) << loaded.error;
+  EXPECT_TRUE(loaded.warnings.empty());
+  EXPECT_TRUE(loaded.scene->materials[0].shadow_catcher);
+  EXPECT_FALSE(loaded.scene->materials[1].shadow_catcher);
+  EXPECT_FALSE(loaded.scene->materials[2].shadow_catcher);
+  EXPECT_TRUE(loaded.scene->nodes[0].shadow_catcher);
+  EXPECT_FALSE(loaded.scene->nodes[1].shadow_catcher);
+}
+
+TEST(ShadowCatcherExtras, WarnsOfIgnoredValues) {
+  for (const char* value : {"1", R"("yes")", "null", "[true]"}) {
+    GltfBuilder builder;
+    builder.root["materials"] =
+        json::parse(std::string(R"([{"extras": {"kindling": {"shadowCatcher": )") + value + "}}}]");
+    builder.root_node({{"extras", {{"kindling", {{"shadowCatcher", json::parse(value)}}}}}});
+    const Loaded loaded = load(builder);
+    ASSERT_TRUE(loaded.scene) << loaded.error;
+    EXPECT_FALSE(loaded.scene->materials[0].shadow_catcher) << value;
+    EXPECT_FALSE(loaded.scene->nodes[0].shadow_catcher) << value;
+    EXPECT_TRUE(loaded.warned("/materials/0/extras/kindling/shadowCatcher")) << value;
+    EXPECT_TRUE(loaded.warned("is ignored, expected true or false")) << value;
+  }
 }
 
 TEST(LightExtras, WarnsOfIgnoredValues) {

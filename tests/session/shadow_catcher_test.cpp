@@ -32,7 +32,7 @@ struct CatcherScene {
     std::vector<uint8_t> nodes(scene.nodes.size(), 0);
     nodes[0] = 1;
     world = make_world(std::move(scene), kind, std::move(sky));
-    catchers = ShadowCatchers::make(*world, std::move(nodes), options, nullptr);
+    catchers = ShadowCatchers::make(*world, {std::move(nodes), {}}, options, nullptr);
   }
   [[nodiscard]] Film render(const RenderSettings& settings) const {
     Result<RenderOutcome> outcome = kindling::render(*world, top_view(), settings, nullptr, nullptr);
@@ -66,6 +66,44 @@ TEST(ShadowCatcher, NothingIsSeenWhereNothingShades) {
     expect_no_color(film);
     for (const float alpha : film.resolve(Aov::alpha)) EXPECT_EQ(alpha, 0.0f);
     for (const float factor : film.resolve(Aov::shadow_catcher)) EXPECT_EQ(factor, 1.0f);
+  }
+}
+
+// Two copies of a floor with a sphere, which is too large to be baked, so that they share a mesh: a
+// catcher by its material has no shadow of the sphere in the scene without what shades.
+TEST(ShadowCatcher, MaterialsCatchWhereverTheyAre) {
+  for (const accel::Kind kind : {accel::Kind::kdtree, accel::Kind::embree}) {
+    Scene scene = make_scene({diffuse_material(Rgb(0.5f)), diffuse_material(Rgb(0.8f, 0.2f, 0.1f))},
+                             {floor_of(1.8f, 0), sphere(V3f(0, 0.5f, 0), 0.3f, 520, 1)});
+    scene.meshes[0].primitives.push_back(scene.meshes[1].primitives[0]);
+    scene.nodes[1].mesh = 0;
+    for (const int node : {0, 1})
+      scene.nodes[static_cast<size_t>(node)].local.translation = V3f(node == 0 ? -1.0f : 1.0f, 0, 0);
+    const auto world = make_world(std::move(scene), kind, std::make_shared<Environment>(Rgb(1.0f)));
+    WorldOptions options;
+    options.accelerator = kind;
+    const auto render_with = [&](CatcherFlags flags) {
+      RenderSettings settings = small_render(kCatcherSize, 16);
+      settings.integrator.transparent_background = true;
+      settings.aovs.insert(Aov::shadow_catcher);
+      settings.catchers = ShadowCatchers::make(*world, std::move(flags), options, nullptr);
+      Result<RenderOutcome> outcome = render(*world, top_view(), settings, nullptr, nullptr);
+      EXPECT_TRUE(outcome.ok());
+      return std::move(outcome).value().film;
+    };
+    const Film by_material = render_with({{}, {1, 0}});
+    const std::vector<float> color = by_material.resolve(Aov::beauty), alpha = by_material.resolve(Aov::alpha);
+    size_t spheres = 0, shadows = 0;
+    for (size_t i = 0; i < alpha.size(); ++i) {
+      spheres += color[3 * i] > 0.0f ? 1 : 0;
+      shadows += color[3 * i] == 0.0f && alpha[i] > 0.02f ? 1 : 0;
+    }
+    EXPECT_GT(spheres, 4U);
+    EXPECT_GT(shadows, 40U);
+    // By node the spheres are catchers as well: nothing is left that could shade.
+    const Film by_node = render_with({{1, 1}, {}});
+    expect_no_color(by_node);
+    for (const float value : by_node.resolve(Aov::alpha)) EXPECT_EQ(value, 0.0f);
   }
 }
 

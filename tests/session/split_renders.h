@@ -50,7 +50,7 @@ class SplitScene {
     options.accelerator = what.accelerator;
     std::vector<uint8_t> nodes(16, 0);
     nodes[1] = 1; // the floor
-    catchers_ = ShadowCatchers::make(*world_, std::move(nodes), options, nullptr);
+    catchers_ = ShadowCatchers::make(*world_, {std::move(nodes), {}}, options, nullptr);
     const auto beside = [](float x) { return Camera(SceneCamera{}, look_at(V3f(x, 1.2f, 6), V3f(0.0f)), kSize); };
     motion_ = std::make_shared<const FrameMotion>(FrameMotion{{{}, beside(1.4f)}, {{}, beside(1.7f)}});
   }

@@ -120,8 +120,11 @@ class Page(unittest.TestCase):
         self.assertTrue(browser.script("return document.querySelector('#path-actions').hidden"))
         browser.pointer(("move", x + width * 0.5, y + height * 0.8, 0), "down", "up")
         browser.wait("!document.querySelector('#path-actions').hidden")
+        seen = "getComputedStyle(document.querySelector('#path')).display !== 'none'"
+        self.assertFalse(browser.script(f"return {seen}"))
         browser.click("#path-show")
         browser.wait("document.querySelectorAll('#path-events li').length > 1")
+        self.assertTrue(browser.script(f"return {seen}"), "the drawing is visible")
         self.assertIn("Sample 0 of pixel", browser.text("#path-note"))
         events = browser.text("#path-events")
         self.assertIn("camera", events)
@@ -140,7 +143,7 @@ class Page(unittest.TestCase):
         browser.click("#path-next")
         browser.wait("document.querySelector('#path-note').textContent.startsWith('Sample 1 of')")
         browser.wheel(x + width / 2, y + height / 2, -200)
-        browser.wait("document.querySelector('#path').hidden && document.querySelectorAll('#path line').length === 0", of="a moved camera hides the path")
+        browser.wait(f"!({seen}) && document.querySelectorAll('#path line').length === 0", of="a moved camera hides the path")
         self.assertEqual(browser.messages(), [])
 
     def test_copied_command_renders_the_image(self):

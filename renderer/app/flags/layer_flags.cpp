@@ -1,4 +1,4 @@
-// --aov, --cryptomatte and --shadow-catcher.
+// --aov, --cryptomatte, --shadow-catcher and --shadow-catchers.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/layer_flags.h"
 
@@ -51,6 +51,8 @@ Result<void> add_mattes(std::string_view text, AovSet& aovs) {
   return {};
 }
 
+std::string_view shadow_catchers_name(bool of_file) { return of_file ? "extras" : "off"; }
+
 } // namespace
 
 void add_layer_flags(FlagSet& flags, AovSet& aovs) {
@@ -64,27 +66,41 @@ void add_layer_flags(FlagSet& flags, AovSet& aovs) {
                  [&aovs](auto text) { return add_mattes(text, aovs); });
 }
 
-void add_shadow_catcher_flag(FlagSet& flags, std::vector<std::string>& catchers) {
+void add_shadow_catcher_flags(FlagSet& flags, RenderOptions& o) {
   flags.repeated("--shadow-catcher", "NAME",
                  "Node that, with all below it, shows nothing but the shadows on it: alpha is their darkness, for "
                  "compositing over a photograph; the background is transparent; may be given several times [none]",
-                 [&catchers](auto text) {
+                 [&o](auto text) {
                    std::string name;
                    Result<void> set = set_text(text, name);
-                   if (set.ok()) catchers.push_back(std::move(name));
+                   if (set.ok()) o.shadow_catchers.push_back(std::move(name));
                    return set;
                  });
+  flags.value(
+      "--shadow-catchers", "off|extras",
+      fmt::format("extras: also the nodes and materials that the file marks as shadow catchers [{}]",
+                  shadow_catchers_name(o.shadow_catchers_of_file)),
+      [&o](auto text) {
+        for (const bool of_file : {false, true}) {
+          if (text != shadow_catchers_name(of_file)) continue;
+          o.shadow_catchers_of_file = of_file;
+          return Result<void>();
+        }
+        return Result<void>(usage_error(fmt::format(
+            "'{}' is no source of shadow catchers; use off or extras; --shadow-catcher NAME names a node", text)));
+      });
 }
 
 Result<void> check_layer_flags(const FlagSet& flags, RenderOptions& o) {
-  if (o.shadow_catchers.empty()) {
+  if (!o.has_shadow_catchers()) {
     if (o.aovs.contains(Aov::shadow_catcher))
       return usage_error("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
     return {};
   }
   if (flags.given("--background") && !o.integrator.transparent_background)
-    return usage_error("--shadow-catcher: shadows are composited over another image; leave out --background or use "
-                       "--background transparent");
+    return usage_error(fmt::format("{}: shadows are composited over another image; leave out --background or use "
+                                   "--background transparent",
+                                   o.shadow_catchers.empty() ? "--shadow-catchers" : "--shadow-catcher"));
   o.integrator.transparent_background = true;
   return {};
 }

@@ -7,15 +7,12 @@
 #include "renderer/base/result.h"
 #include "renderer/film/aov.h"
 
-#include <string>
-#include <vector>
-
 namespace kindling::app {
 
 // Adds --aov and --cryptomatte, which insert into `aovs`.
 void add_layer_flags(FlagSet& flags, AovSet& aovs);
-// Adds --shadow-catcher.
-void add_shadow_catcher_flag(FlagSet& flags, std::vector<std::string>& catchers);
+// Adds --shadow-catcher and --shadow-catchers.
+void add_shadow_catcher_flags(FlagSet& flags, RenderOptions& o);
 // Makes the background transparent with shadow catchers. Fails (usage) if another one is given.
 [[nodiscard]] Result<void> check_layer_flags(const FlagSet& flags, RenderOptions& o);
 // The same as add_layer_flags() for `kindling info`, whose help is shorter.

@@ -78,7 +78,7 @@ void add_image_flags(FlagSet& flags, RenderOptions& o) {
               "Render only these pixels, counted from the top left of the whole image, X1 and Y1 excluded [all]",
               [&o](auto text) { return store(parse_crop(text), o.crop); });
   add_layer_flags(flags, o.aovs);
-  add_shadow_catcher_flag(flags, o.shadow_catchers);
+  add_shadow_catcher_flags(flags, o);
   add_light_groups_flag(flags, o.integrator);
   add_image_format_flags(flags, o);
 }

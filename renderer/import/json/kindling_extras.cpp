@@ -82,6 +82,14 @@ std::optional<std::string> KindlingExtras::text(const char* key) {
   return std::nullopt;
 }
 
+std::optional<bool> KindlingExtras::flag(const char* key) {
+  const json* value = find(key);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_boolean()) return value->get<bool>();
+  warn(key, "true or false");
+  return std::nullopt;
+}
+
 void KindlingExtras::warn(const char* key, std::string_view accepted) {
   warnings_.add(fmt::format("extras {}", key), fmt::format("{}/{}", pointer_, key),
                 fmt::format("{} is ignored, expected {}", shown_value((*object_)[key]), accepted));

@@ -34,6 +34,7 @@ class KindlingExtras {
   [[nodiscard]] std::optional<int> integer(const char* key, const Range& range);
   [[nodiscard]] std::optional<V2f> pair(const char* key, const Range& range); // an array of two
   [[nodiscard]] std::optional<std::string> text(const char* key);             // not empty
+  [[nodiscard]] std::optional<bool> flag(const char* key);
   // Warns that the value of a key is ignored, for a reason outside of the value.
   void warn(const char* key, std::string_view accepted);
   // Warns of keys that were never read.

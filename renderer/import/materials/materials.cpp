@@ -49,6 +49,7 @@ void import_materials(const Document& document, Scene& scene, Warnings& warnings
     read_material_extensions(object, pointer, material, warnings);
     KindlingExtras extras(object, pointer, warnings);
     material.light_group = extras.text("lightGroup").value_or("");
+    material.shadow_catcher = extras.flag("shadowCatcher").value_or(false);
     extras.finish();
     if (max_component(material.emissive_factor) > 1.0f) {
       warnings.add("emissive", pointer + "/emissiveFactor",

@@ -301,6 +301,7 @@ void import_nodes(Document& document, Scene& scene, Warnings& warnings) {
     node.children = core.children;
     KindlingExtras extras(object, pointer, warnings);
     node.light_group = extras.text("lightGroup").value_or("");
+    node.shadow_catcher = extras.flag("shadowCatcher").value_or(false);
     extras.finish();
     node.mesh = core.mesh;
     node.skin = core.skin;

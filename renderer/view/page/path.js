@@ -18,6 +18,11 @@ function line(from, to, step) {
   return element;
 }
 
+// SVG elements have no property `hidden`: the attribute is set.
+function hide(hidden) {
+  for (const id of ["path", "path-events", "path-note", "path-next", "path-clear"]) $(id).toggleAttribute("hidden", hidden);
+}
+
 export class PathView {
   constructor(onError) {
     this.onError = onError;
@@ -31,7 +36,7 @@ export class PathView {
 
   // A pixel was picked. Where paths are shown, that of the new pixel is.
   moveTo(x, y) {
-    const shown = !$("path").hidden;
+    const shown = !$("path").hasAttribute("hidden");
     this.clear();
     this.at = [x, y];
     this.sample = 0;
@@ -43,7 +48,7 @@ export class PathView {
     ++this.asked;
     $("path").replaceChildren();
     $("path-events").replaceChildren();
-    for (const id of ["path", "path-events", "path-note", "path-next", "path-clear"]) $(id).hidden = true;
+    hide(true);
   }
 
   async show() {
@@ -85,6 +90,6 @@ export class PathView {
     }));
     $("path-note").textContent = `Sample ${sample} of pixel ${pixel[0]}, ${pixel[1]} of ${size[0]} × ${size[1]}: ` +
       `radiance ${list(radiance)}${escaped ? "" : ", ended inside of the scene"}.`;
-    for (const id of ["path", "path-events", "path-note", "path-next", "path-clear"]) $(id).hidden = false;
+    hide(false);
   }
 }
