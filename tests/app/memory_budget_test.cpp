@@ -38,6 +38,8 @@ TEST(MemoryBudget, GrowsWithTheRequest) {
     grows([](MemoryDemand&, MemoryRequest& r) { r.threads = 8; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.size_px = {1920, 1080}; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.aovs.insert(Aov::normal); });
+    grows([](MemoryDemand&, MemoryRequest& r) { r.trims_outliers = true; });
+    grows([](MemoryDemand&, MemoryRequest& r) { r.light_paths = true; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.denoising = Denoising::fast; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.environment_texels = 1 << 19; });
     EXPECT_GE(plain.of(kind).peak, plain.of(kind).rendering);

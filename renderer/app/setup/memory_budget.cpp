@@ -23,6 +23,8 @@ using Costs = MemoryCosts;
 uint64_t film_bytes(const MemoryRequest& request) {
   Film one({1, 1}, {{0, 0}, {1, 1}}, request.aovs);
   one.split_by_light_groups(std::vector<std::string>(request.light_groups));
+  if (request.trims_outliers) one.trim_outliers();
+  if (request.light_paths) one.enable_splats();
   const uint64_t of_pixel = one.memory_bytes() + (request.aovs.has_mattes() ? Costs::kFurtherMattes : 0);
   return of_pixel * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
 }

@@ -26,6 +26,8 @@ struct MemoryRequest {
   V2i size_px{1280, 720};
   AovSet aovs;
   size_t light_groups = 0; // maximum
+  bool trims_outliers = false;
+  bool light_paths = false;
   int threads = 1;
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory
   uint64_t environment_texels = 0;              // of --env; 0: none, or a constant one

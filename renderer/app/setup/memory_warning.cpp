@@ -40,6 +40,8 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.recorded_aovs();
   request.light_groups = max_light_groups(options.integrator.light_groups, scene.scene, image.posed);
+  request.trims_outliers = options.outliers == Outliers::trim;
+  request.light_paths = options.integrator.light_paths > 0.0f;
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
