@@ -3,6 +3,7 @@
 #include "renderer/device/cuda/gpu_kernels.h"
 
 #ifdef KINDLING_GPU_KERNELS
+#include KINDLING_GPU_KERNELS_HASH
 asm(R"(
   .section .rodata
   .global kindling_gpu_kernels_begin
