@@ -3,7 +3,9 @@
 #include "renderer/device/cuda/gpu_kernels.h"
 
 #ifdef KINDLING_GPU_KERNELS
+#if __has_include(KINDLING_GPU_KERNELS_HASH) // not in a folder where nothing was built yet
 #include KINDLING_GPU_KERNELS_HASH
+#endif
 asm(R"(
   .section .rodata
   .global kindling_gpu_kernels_begin
