@@ -9,29 +9,19 @@ namespace kindling {
 
 namespace {
 
-// Sum of the targets' solid angles from a point.
-float solid_angle(std::span<const EmissionTarget> targets, const V3f& from) {
-  float sum = 0.0f;
-  for (const EmissionTarget& target : targets) {
-    const float share = std::min(square(target.radius) / std::max((target.center - from).length2(), 1e-30f), 1.0f);
-    sum += 2.0f * kPi * (1.0f - safe_sqrt(1.0f - share)) * (share < 1.0f ? 1.0f : 2.0f);
-  }
-  return sum;
-}
-
-float emitted_power(const LightSetView& lights, uint32_t triangle, std::span<const EmissionTarget> targets) {
-  const LightSetView::Triangle& t = lights.triangles[triangle];
-  const Emission& emission = lights.emissions[t.emission];
+float triangle_power(const EmissionView& emission, uint32_t number) {
+  const LightSetView& lights = *emission.lights;
+  const LightSetView::Triangle& t = lights.triangles[number];
   // The texel in the middle may be black where others are not.
-  const float bright =
-      std::max(luminance(lights.emission_at(triangle, 1.0f / 3.0f, 1.0f / 3.0f)), 0.1f * luminance(emission.factor));
+  const float bright = std::max(luminance(lights.emission_at(number, 1.0f / 3.0f, 1.0f / 3.0f)),
+                                0.1f * luminance(lights.emissions[t.emission].factor));
   const V3f middle = (t.p0 + t.p1 + t.p2) * (1.0f / 3.0f);
-  return bright * 0.5f * double_area_normal(t).length() * solid_angle(targets, middle);
+  return bright * 0.5f * double_area_normal(t).length() * emission.solid_angle(middle);
 }
 
-float emitted_power(const LightSetView::Punctual& light, std::span<const EmissionTarget> targets, float disk_area) {
-  if (light.kind == LightSetView::Punctual::Kind::directional) return light.luminance * disk_area;
-  return light.luminance * solid_angle(targets, light.position);
+float punctual_power(const EmissionView& emission, const LightSetView::Punctual& light) {
+  const bool in_sky = light.kind == LightSetView::Punctual::Kind::directional;
+  return light.luminance * (in_sky ? emission.disk_area : emission.solid_angle(light.position));
 }
 
 // Estimates the light of the bright places of the environment on the cross section of a sphere.
@@ -58,9 +48,9 @@ EmissionSampling::EmissionSampling(const LightSetView& light_set, std::vector<Em
 
   std::vector<double> running{0.0};
   for (uint32_t i = 0; i < lights->triangles.size(); ++i)
-    running.push_back(running.back() + static_cast<double>(emitted_power(*lights, i, targets)));
+    running.push_back(running.back() + static_cast<double>(triangle_power(*this, i)));
   for (const LightSetView::Punctual& light : lights->punctuals)
-    running.push_back(running.back() + static_cast<double>(emitted_power(light, targets, disk_area)));
+    running.push_back(running.back() + static_cast<double>(punctual_power(*this, light)));
   // Four times the mean: lamps and the sun, but not the sky around them.
   if (lights->has_environment) bright_sky = 4.0f * lights->environment_irradiance * kInvPi;
   running.push_back(running.back() + static_cast<double>(bright_irradiance(*this) * disk_area));

@@ -51,6 +51,12 @@ V3f sample_towards(const EmissionTarget& target, const V3f& from, const V2f& u) 
 
 } // namespace
 
+float EmissionView::solid_angle(const V3f& from) const {
+  float sum = 0.0f;
+  for (const EmissionTarget& target : targets) sum += one_minus_cos(target, from);
+  return 2.0f * kPi * sum;
+}
+
 float EmissionView::direction_density(const V3f& from, const V3f& direction) const {
   float sum = 0.0f, inside = 0.0f;
   for (const EmissionTarget& target : targets) {

@@ -70,6 +70,8 @@ struct EmissionView {
   // the camera find others well enough.
   [[nodiscard]] bool is_bright(const Rgb& radiance) const { return luminance(radiance) > bright_sky; }
   [[nodiscard]] size_t environment_emitter() const { return lights->triangles.size() + lights->punctuals.size(); }
+  // Returns the sum of the solid angles of the targets, steradians.
+  [[nodiscard]] float solid_angle(const V3f& from) const;
   // Density of directions from a point towards the targets, per steradian; 0: towards none.
   [[nodiscard]] float direction_density(const V3f& from, const V3f& direction) const;
   // Density of parallel rays through the targets' disks, per square meter.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/casters.h"
 #include "renderer/integrator/light_paths.h"
+#include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
 #include "tests/session/same_bits.h"
@@ -25,15 +26,6 @@ Material glass(float roughness) {
   return material;
 }
 
-void add_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
-  Node node;
-  node.light = static_cast<int>(scene.lights.size());
-  node.matrix = light_to_world;
-  scene.lights.push_back(light);
-  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-  scene.nodes.push_back(node);
-}
-
 PunctualLight lamp(float intensity, float radius = 0.0f) {
   PunctualLight light;
   light.intensity = intensity;
@@ -45,7 +37,7 @@ PunctualLight lamp(float intensity, float radius = 0.0f) {
 Scene sphere_under_lamp(const Material& material, float lamp_radius = 0.0f) {
   Scene scene = make_scene({diffuse_material(Rgb(0.7f)), material},
                            {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1)});
-  add_light(scene, lamp(20.0f, lamp_radius), look_at(V3f(0.5f, 6, 0.5f), V3f(0.0f)));
+  place_light(scene, lamp(20.0f, lamp_radius), look_at(V3f(0.5f, 6, 0.5f), V3f(0.0f)));
   return scene;
 }
 
@@ -91,7 +83,7 @@ TEST(LightPaths, MirrorDoublesTheSun) {
     PunctualLight sun;
     sun.kind = PunctualLight::Kind::directional;
     sun.intensity = irradiance;
-    add_light(scene, sun, look_at(V3f(5, 5, 0), V3f(0.0f)));
+    place_light(scene, sun, look_at(V3f(5, 5, 0), V3f(0.0f)));
     const auto world = make_world(std::move(scene), accel::Kind::kdtree);
     SceneCamera narrow;
     narrow.yfov_rad = 0.15f;

@@ -1,18 +1,10 @@
 // Images of punctual lights with a size: penumbras, mirrors, invisibility to the camera.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 
 namespace kindling::test {
 namespace {
-
-void add_sized_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
-  Node node;
-  node.light = static_cast<int>(scene.lights.size());
-  node.matrix = light_to_world;
-  scene.lights.push_back(light);
-  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-  scene.nodes.push_back(node);
-}
 
 PunctualLight sphere_light(float intensity, float radius) {
   PunctualLight light;
@@ -114,7 +106,7 @@ Scene edge_over_floor() {
 
 TEST(Penumbra, MatchesSphereLight) {
   Scene scene = edge_over_floor();
-  add_sized_light(scene, sphere_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
+  place_light(scene, sphere_light(kIntensity, kRadius), look_at(V3f(0, kLightHeight, 0), V3f(0.1f, 0, 0)));
   const Profile profile = floor_profile(std::move(scene), [](const V3f& p) {
     const double d2 = static_cast<double>(square(p.x) + square(kLightHeight) + square(p.z));
     return static_cast<double>(kIntensity * kLightHeight) / (d2 * std::sqrt(d2));
@@ -171,7 +163,7 @@ TEST(SizedLights, VisibleInMirrorsButNotToTheCamera) {
   Material mirror;
   mirror.roughness_factor = 0.0f;
   Scene scene = make_scene({mirror}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0)});
-  add_sized_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+  place_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
   const double radiance = 1.0 / (0.5 * 0.5);
   EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), radiance, 1e-3 * radiance);
   EXPECT_EQ(seen(scene, V3f(1, 1, 3), V3f(1, 1, 0)), 0.0);          // towards the sphere itself
@@ -203,7 +195,7 @@ TEST(SizedLights, TransparencyCountsOnce) {
     Scene scene =
         make_scene({mirror, veil}, {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0),
                                     quad(middle - V3f(0.1f, -0.1f, 0.1f), V3f(0.2f, -0.2f, 0), V3f(0, 0, 0.2f), 1)});
-    add_sized_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
+    place_light(scene, sphere_light(kPi, 0.5f), look_at(V3f(1, 1, 0), V3f(0.0f)));
     EXPECT_NEAR(seen(scene, V3f(-1, 1, 0), V3f(0.0f)), 4.0, 1e-3) << at;
   }
 }
@@ -215,7 +207,7 @@ TEST(SizedLights, SmallSpheresMatchPointLights) {
     scene.materials[2].emissive_factor = Rgb(0.0f);
     PunctualLight light = sphere_light(20.0f, 0.0f);
     light.radius_m = radius;
-    add_sized_light(scene, light, look_at(V3f(1, 6, 2), V3f(0.0f)));
+    place_light(scene, light, look_at(V3f(1, 6, 2), V3f(0.0f)));
     const auto world = make_world(std::move(scene), accel::Kind::embree);
     RenderSettings settings = small_render(V2i(16, 16), 64);
     const Camera camera(SceneCamera{}, look_at(V3f(2, 2, 5), V3f(0.0f)), V2i(16, 16));

@@ -1,5 +1,6 @@
 // A scene of glass and metal under lamps and a sun, in part behind a window.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/scenes.h"
 
@@ -33,23 +34,15 @@ TestScene caustics() {
        quad(V3f(-1.6f, 2.6f, -0.6f), V3f(1.2f, 0, 0), V3f(0, 0, 1.2f), 1), sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 2),
        sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 3), sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 4),
        quad(V3f(-0.1f, 1.5f, 0.6f), V3f(1.2f, 0, 0), V3f(0, 0.2f, -1.2f), 5)});
-  const auto add = [&scene](const PunctualLight& light, const V3f& from, const V3f& to) {
-    Node node;
-    node.light = static_cast<int>(scene.lights.size());
-    node.matrix = look_at(from, to);
-    scene.lights.push_back(light);
-    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-    scene.nodes.push_back(node);
-  };
   PunctualLight lamp;
   lamp.intensity = 3.0f;
   lamp.radius_m = 0.5f;
-  add(lamp, V3f(1.0f, 2.6f, 0.8f), V3f(0.0f));
+  place_light(scene, lamp, look_at(V3f(1.0f, 2.6f, 0.8f), V3f(0.0f)));
   PunctualLight sun;
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 1.0f;
   sun.angular_diameter_rad = 0.6f;
-  add(sun, V3f(-2, 4, 1), V3f(0.0f));
+  place_light(scene, sun, look_at(V3f(-2, 4, 1), V3f(0.0f)));
 
   test.camera.yfov_rad = 0.6f;
   test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));

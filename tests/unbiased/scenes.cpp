@@ -3,6 +3,7 @@
 #include "tests/unbiased/scenes.h"
 
 #include "renderer/import/load_gltf.h"
+#include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
 
@@ -23,15 +24,6 @@ Material veil_material(const Rgb& color, float alpha) {
   material.alpha_mode = AlphaMode::blend;
   material.base_color_factor.w = alpha;
   return material;
-}
-
-void add_light(Scene& scene, const PunctualLight& light, const M44f& light_to_world) {
-  Node node;
-  node.light = static_cast<int>(scene.lights.size());
-  node.matrix = light_to_world;
-  scene.lights.push_back(light);
-  scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-  scene.nodes.push_back(node);
 }
 
 // Adds a primitive as a mesh of its own, without a node.
@@ -261,17 +253,17 @@ TestScene kinds_of_lights() {
   PunctualLight point;
   point.intensity = 3.0f;
   point.range_m = 6.0f;
-  add_light(scene, point, look_at(V3f(-1.2f, 1.6f, 0.8f), V3f(0.0f)));
+  place_light(scene, point, look_at(V3f(-1.2f, 1.6f, 0.8f), V3f(0.0f)));
   PunctualLight spot;
   spot.kind = PunctualLight::Kind::spot;
   spot.intensity = 12.0f;
   spot.inner_cone_rad = 0.3f;
   spot.outer_cone_rad = 0.6f;
-  add_light(scene, spot, look_at(V3f(1.5f, 2.6f, 1.5f), V3f(0.5f, 0, -0.5f)));
+  place_light(scene, spot, look_at(V3f(1.5f, 2.6f, 1.5f), V3f(0.5f, 0, -0.5f)));
   PunctualLight sun;
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 1.0f;
-  add_light(scene, sun, look_at(V3f(2, 4, 3), V3f(0.0f)));
+  place_light(scene, sun, look_at(V3f(2, 4, 3), V3f(0.0f)));
   look(test, V3f(1.2f, 1.5f, 4.5f), V3f(-0.5f, 0.5f, -1), 0.6f);
   test.whole = {std::move(scene), std::make_shared<Environment>(Rgb(0.2f, 0.25f, 0.3f))};
   test.parts = light_by_light(test.whole);

@@ -1,5 +1,6 @@
 // A scene of lights with a size: a sphere, a spot and a sun, with a veil and a thin wall.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/scenes.h"
 
@@ -26,19 +27,11 @@ TestScene sized_lights() {
        quad(V3f(-1.8f, 0.1f, -0.6f), V3f(1.2f, 0, 0.3f), V3f(0, 0.9f, 0), 2),
        quad(V3f(0.6f, 0.1f, 0.2f), V3f(1.0f, 0, 0.2f), V3f(0, 0.8f, 0), 3),
        sphere(V3f(0.2f, 0.5f, -0.8f), 0.5f, 24, 1)});
-  const auto add = [&scene](const PunctualLight& light, const V3f& from, const V3f& to) {
-    Node node;
-    node.light = static_cast<int>(scene.lights.size());
-    node.matrix = look_at(from, to);
-    scene.lights.push_back(light);
-    scene.scenes[0].nodes.push_back(static_cast<int>(scene.nodes.size()));
-    scene.nodes.push_back(node);
-  };
   PunctualLight sphere;
   sphere.intensity = 5.0f; // two emitters are chosen by intensity alone
   sphere.radius_m = 0.4f;
   const V3f sphere_at(-1.2f, 1.3f, -2.0f);
-  add(sphere, sphere_at, V3f(0.0f));
+  place_light(scene, sphere, look_at(sphere_at, V3f(0.0f)));
   PunctualLight spot;
   spot.kind = PunctualLight::Kind::spot;
   spot.intensity = 8.0f;
@@ -47,12 +40,12 @@ TestScene sized_lights() {
   spot.radius_m = 0.45f;
   spot.range_m = 8.0f;
   const V3f spot_at(1.5f, 2.6f, 1.0f);
-  add(spot, spot_at, V3f(0.5f, 0, -0.5f));
+  place_light(scene, spot, look_at(spot_at, V3f(0.5f, 0, -0.5f)));
   PunctualLight sun;
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 1.0f;
   sun.angular_diameter_rad = 0.5f;
-  add(sun, V3f(-2, 3, 4), V3f(0.0f));
+  place_light(scene, sun, look_at(V3f(-2, 3, 4), V3f(0.0f)));
 
   test.camera.yfov_rad = 0.6f;
   test.camera_to_world = look_at(V3f(0.6f, 1.5f, 4.5f), V3f(-0.2f, 0.5f, -1));
