@@ -200,6 +200,8 @@ class Accelerator {
   // the same whenever the same rays come in the same order, so group rays by fixed blocks of the
   // image.
   virtual void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const { intersect(rays, hits); }
+  // Returns whether that exception does not apply, so that groups may be of any kind.
+  [[nodiscard]] virtual bool coherent_equals_single() const { return true; }
   // Any-hit version with the same exception: shadow rays from a tile's first surfaces to one light.
   virtual void occluded_coherent(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
     this->occluded(rays, occluded);

@@ -88,6 +88,7 @@ class EmbreeAccelerator final : public Accelerator {
       occluded_singly(rays, blocked, 0, query);
     }
   }
+  [[nodiscard]] bool coherent_equals_single() const override { return false; }
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     intersect_by_packets(rays, hits, true);
   }

@@ -131,6 +131,7 @@ class Adapter final : public PluginAccelerator {
     assert(blocked.size() == rays.size());
     answer(table_.occluded, rays.data(), blocked.data(), rays.size());
   }
+  [[nodiscard]] bool coherent_equals_single() const override { return false; } // it need not
   void intersect_coherent(std::span<const Ray> rays, std::span<Hit> hits) const override {
     answer(table_.intersect_coherent, rays.data(), hits.data(), rays.size());
   }

@@ -43,11 +43,11 @@ void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& c
   auto& wave = static_cast<DeviceWave&>(context);
   for (BlockWork& block : work) block.added = 0, block.rays = 0;
   size_t next = 0;
-  uint32_t taken = 0; // samples of that block
+  uint32_t taken = 0; // samples of each pixel of that block, or levels
   while (next < work.size()) {
     while (next < work.size()) {
       const BlockWork& block = work[next];
-      taken += wave.take(next, block.block, {block.samples.first + taken, block.samples.end});
+      taken += wave.take(next, block.block, {block.samples.first + taken, block.samples.end}, block.rates);
       if (taken < block.samples.count()) break; // the wave is full
       ++next;
       taken = 0;

@@ -8,35 +8,70 @@
 
 namespace kindling {
 
+namespace {
+
+// Returns the number of samples of all pixels of a block.
+uint64_t samples_at(const PixelRect& block, const SampleRange& levels, const SampleRates& rates) {
+  uint64_t sum = 0;
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) sum += rates.samples_at(V2i(x, y), levels).count();
+  return sum;
+}
+
+} // namespace
+
 DeviceWave::DeviceWave(Device& device, const World& world, bool with_surfaces)
     : device_(device), world_(world), capacity_(device.wave_size()), samples_(device, capacity_),
       surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
-  assert(capacity_ >= kBlockSize * kBlockSize);
+  assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
 
-uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRange& samples) {
+uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRange& samples, const SampleRates* rates) {
   const auto pixels = static_cast<uint32_t>(block.pixel_count());
-  const uint32_t count = std::min(samples.count(), (capacity_ - sample_count_) / pixels);
+  const uint64_t room = capacity_ - sample_count_;
+  uint32_t count = samples.count();
+  uint64_t sum = uint64_t{count} * pixels;
+  if (!rates) {
+    count = static_cast<uint32_t>(std::min<uint64_t>(count, room / pixels));
+    sum = uint64_t{count} * pixels;
+  } else {
+    while (count > 0 && (sum = samples_at(block, {samples.first, samples.first + count}, *rates)) > room) --count;
+  }
   if (count == 0) return 0;
   blocks_.push_back({.corner = block.min,
                      .width = static_cast<uint32_t>(block.width()),
                      .height = static_cast<uint32_t>(block.height()),
                      .first_index = samples.first,
-                     .samples = count,
+                     .samples = rates ? 0 : count,
                      .first_sample = sample_count_,
                      .first_pixel = pixel_count_});
-  numbers_.push_back(number);
-  sample_count_ += pixels * count;
+  taken_.push_back({number, count, sum});
+  if (rates) plan_pixels(block, {samples.first, samples.first + count}, *rates);
+  sample_count_ += static_cast<uint32_t>(sum);
   pixel_count_ += pixels;
   return count;
+}
+
+void DeviceWave::plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates) {
+  pixels_.resize(pixel_count_); // those of earlier blocks without rates are not read
+  uint32_t first = sample_count_;
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) {
+      const SampleRange samples = rates.samples_at(V2i(x, y), levels);
+      pixels_.push_back({samples.first, first, samples.count()});
+      first += samples.count();
+    }
 }
 
 void DeviceWave::start(const Film& film, Wave& wave) {
   if (device_blocks_.size() < blocks_.size()) device_blocks_ = DeviceArray<WaveBlock>(device_, blocks_.size());
   device_blocks_.upload(blocks_);
+  if (device_pixels_.size() < pixels_.size()) device_pixels_ = DeviceArray<WavePixel>(device_, pixels_.size());
+  device_pixels_.upload(pixels_);
   losses_.upload(std::array{WaveLosses{}});
   const AovSet aovs = film.aovs();
   wave.blocks = device_blocks_.span().first(blocks_.size());
+  wave.pixels = device_pixels_.span().first(pixels_.size());
   wave.samples = samples_.data();
   wave.surfaces = surfaces_.data();
   wave.rays = rays_.data();
@@ -64,7 +99,7 @@ void DeviceWave::download_sums() {
 void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const WaveBlock& block = blocks_[i];
-    BlockWork& done = work[numbers_[i]];
+    BlockWork& done = work[taken_[i].number];
     const size_t pixels = size_t{block.width} * block.height;
     const auto part = [&](auto& sums, size_t per_pixel) {
       return sums.here.empty() ? std::span(sums.here)
@@ -73,8 +108,8 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
     film.add(done.block, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
                                   part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
     const WaveRays<uint64_t>& rays = block_rays_.here[i];
-    const uint64_t samples = pixels * block.samples;
-    done.added += block.samples;
+    const uint64_t samples = taken_[i].samples;
+    done.added += taken_[i].levels;
     done.rays += samples + rays.bounces + rays.shadows;
     counters.paths += samples;
     counters.camera += samples;
@@ -94,7 +129,8 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
     counters.add(lost);
   }
   blocks_.clear();
-  numbers_.clear();
+  pixels_.clear();
+  taken_.clear();
   sample_count_ = pixel_count_ = 0;
 }
 

@@ -18,8 +18,9 @@ namespace kindling {
 class DeviceWave : public ThreadContext {
  public:
   // Takes samples of a block, the first of `samples`, as many as there is room for; returns how
-  // many of each pixel. `number`: the block's index in the list of take_results().
-  uint32_t take(size_t number, const PixelRect& block, const SampleRange& samples);
+  // many of each pixel, or with rates how many levels. `number`: the block's index in the list of
+  // take_results().
+  uint32_t take(size_t number, const PixelRect& block, const SampleRange& samples, const SampleRates* rates = nullptr);
   // Follows all samples to their end. False if the render was abandoned.
   [[nodiscard]] virtual bool run(const Film& film) = 0;
   // Adds the sums and the counts of the wave, and empties the plan.
@@ -59,14 +60,25 @@ class DeviceWave : public ThreadContext {
     void download() { on_device.download(here); }
   };
 
+  // The part of the plan that a block has.
+  struct Taken {
+    size_t number = 0;    // of the block in the caller's list
+    uint32_t levels = 0;  // or samples of each pixel
+    uint64_t samples = 0; // of all pixels
+  };
+
+  void plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates);
+
   Device& device_;
   const World& world_;
   uint32_t capacity_;
   uint32_t sample_count_ = 0, pixel_count_ = 0;
   std::vector<WaveBlock> blocks_;
-  std::vector<size_t> numbers_; // of the blocks in the caller's list
+  std::vector<WavePixel> pixels_; // empty without rates
+  std::vector<Taken> taken_;      // by block
 
   DeviceArray<WaveBlock> device_blocks_;
+  DeviceArray<WavePixel> device_pixels_;
   DeviceArray<CameraSample> samples_;
   DeviceArray<FilmSurface> surfaces_;
   DeviceArray<WaveRays<uint32_t>> rays_;

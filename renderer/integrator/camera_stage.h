@@ -13,42 +13,80 @@
 
 namespace kindling {
 
+// Makes the rays of up to eight camera samples and sets their weights; all else of the samples is
+// set.
+inline void make_camera_rays(const Camera& camera, const PixelFilter& filter, std::span<CameraSample> samples,
+                             std::span<accel::Ray> rays) {
+  assert(!samples.empty() && samples.size() <= 8 && rays.size() == samples.size());
+  std::array<SampleAddress, 8> addresses{};
+  for (size_t i = 0; i < samples.size(); ++i) addresses[i] = samples[i].address;
+  const std::array<V2f, 8> draws = draw_eight(addresses, kFilterDimension);
+  std::array<V2f, 8> lens_draws;
+  std::array<V2f, 8> times;   // in x
+  lens_draws.fill(V2f(0.0f)); // V2f leaves its members uninitialized
+  times.fill(V2f(0.0f));
+  if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
+  if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
+  for (size_t i = 0; i < samples.size(); ++i)
+    rays[i] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, samples[i].pixel, addresses[i],
+                              samples[i].filter_weight);
+}
+
+// The points of the pixels of a block, row by row.
+using BlockPoints = std::array<Sampler::PixelPoints, kBlockSize * kBlockSize>;
+[[nodiscard]] inline BlockPoints points_of(const PixelRect& block, const Sampler& sampler) {
+  assert(!block.empty() && block.width() <= kBlockSize && block.height() <= kBlockSize);
+  BlockPoints points;
+  size_t pixel = 0;
+  for (int y = block.min.y; y < block.max.y; ++y)
+    for (int x = block.min.x; x < block.max.x; ++x) points[pixel++] = sampler.points_of(V2i(x, y));
+  return points;
+}
+
 // Generates the camera rays of a batch: `samples` of every pixel of the block, sample by sample,
 // pixels row by row. Fills samples.count() * pixels camera samples and rays.
 inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
                                  const PixelRect& block, const SampleRange& samples,
                                  std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
-  assert(!block.empty() && block.width() <= kBlockSize && block.height() <= kBlockSize);
   assert(camera_samples.size() >= static_cast<size_t>(block.pixel_count()) * samples.count());
   assert(rays.size() >= static_cast<size_t>(block.pixel_count()) * samples.count());
-  std::array<Sampler::PixelPoints, kBlockSize * kBlockSize> points;
-  size_t pixel = 0;
-  for (int y = block.min.y; y < block.max.y; ++y)
-    for (int x = block.min.x; x < block.max.x; ++x) points[pixel++] = sampler.points_of(V2i(x, y));
-
-  std::array<SampleAddress, kBlockSize> addresses{}; // of one row of the block
+  const BlockPoints points = points_of(block, sampler);
+  const auto width = static_cast<size_t>(block.width());
   size_t slot = 0;
   for (uint32_t s = samples.first; s < samples.end; ++s) {
-    pixel = 0;
+    size_t pixel = 0;
     for (int y = block.min.y; y < block.max.y; ++y) {
-      const auto width = static_cast<size_t>(block.width());
-      for (size_t i = 0; i < width; ++i) addresses[i] = sampler.address_in(points[pixel++], s);
-      const std::array<V2f, kBlockSize> draws = draw_eight(addresses, kFilterDimension);
-      std::array<V2f, kBlockSize> lens_draws;
-      std::array<V2f, kBlockSize> times; // in x
-      lens_draws.fill(V2f(0.0f));        // V2f leaves its members uninitialized
-      times.fill(V2f(0.0f));
-      if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
-      if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
-      for (size_t i = 0; i < width; ++i, ++slot) {
-        CameraSample& camera_sample = camera_samples[slot];
-        camera_sample.pixel = V2i(block.min.x + static_cast<int>(i), y);
-        camera_sample.address = addresses[i];
-        camera_sample.sample_index = s;
-        rays[slot] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, camera_sample.pixel,
-                                     addresses[i], camera_sample.filter_weight);
-      }
+      for (size_t i = 0; i < width; ++i)
+        camera_samples[slot + i] = {sampler.address_in(points[pixel++], s), s,
+                                    V2i(block.min.x + static_cast<int>(i), y)};
+      make_camera_rays(camera, filter, camera_samples.subspan(slot, width), rays.subspan(slot, width));
+      slot += width;
     }
+  }
+}
+
+// Sample `number` of a pixel of a block.
+struct BlockSample {
+  uint8_t x = 0; // from the block's corner
+  uint8_t y = 0;
+  uint32_t number = 0;
+};
+
+// The same for the samples of a list.
+inline void generate_camera_rays(const Camera& camera, const Sampler& sampler, const PixelFilter& filter,
+                                 const PixelRect& block, std::span<const BlockSample> list,
+                                 std::span<CameraSample> camera_samples, std::span<accel::Ray> rays) {
+  assert(camera_samples.size() >= list.size() && rays.size() >= list.size());
+  const BlockPoints points = points_of(block, sampler);
+  for (size_t slot = 0; slot < list.size(); ++slot) {
+    const BlockSample& sample = list[slot];
+    const size_t pixel = static_cast<size_t>(sample.y) * static_cast<size_t>(block.width()) + sample.x;
+    camera_samples[slot] = {sampler.address_in(points[pixel], sample.number), sample.number,
+                            block.min + V2i(sample.x, sample.y)};
+  }
+  for (size_t slot = 0; slot < list.size(); slot += 8) {
+    const size_t count = std::min(list.size() - slot, size_t{8});
+    make_camera_rays(camera, filter, camera_samples.subspan(slot, count), rays.subspan(slot, count));
   }
 }
 

@@ -76,7 +76,8 @@ void RayCounters::add_non_finite(const V2i& pixel, uint32_t sample_index) {
 void Integrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
   for (BlockWork& block : work) {
     const uint64_t rays_before = context.counters.total();
-    block.added = render_block(block.block, block.samples, context, film);
+    block.added = block.rates ? render_levels(block.block, block.samples, *block.rates, context, film)
+                              : render_block(block.block, block.samples, context, film);
     block.rays = context.counters.total() - rays_before;
   }
 }

@@ -6,9 +6,10 @@
 #include "renderer/film/film.h"
 #include "renderer/integrator/aov_inputs.h"
 #include "renderer/integrator/integrator_settings.h"
-#include "renderer/integrator/sample_range.h"
 #include "renderer/integrator/whitted_counters.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/sampling/sample_range.h"
+#include "renderer/sampling/sample_rates.h"
 #include "renderer/sampling/sampler.h"
 #include "renderer/world/world.h"
 
@@ -74,8 +75,10 @@ inline constexpr int kBlockSize = 8;
 // and lies within one block of the grid.
 struct BlockWork {
   PixelRect block;
-  SampleRange samples;
-  uint32_t added = 0; // samples of each pixel that were added to the film, the first ones
+  SampleRange samples; // levels, if there are rates
+  // Null: each pixel has the same samples. Path tracers alone support others.
+  const SampleRates* rates = nullptr;
+  uint32_t added = 0; // samples of each pixel, or levels, that were added to the film, the first ones
   uint64_t rays = 0;  // traced for them
 };
 
@@ -91,6 +94,11 @@ class Integrator {
   // were added, the first ones: all, unless World::abandoned().
   virtual uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                                 Film& film) const = 0;
+  // render_block() for the levels of `rates`; 0 if the integrator supports none.
+  virtual uint32_t render_levels(const PixelRect& /*block*/, const SampleRange& /*levels*/,
+                                 const SampleRates& /*rates*/, ThreadContext& /*context*/, Film& /*film*/) const {
+    return 0;
+  }
   // The number of paths that render_blocks() can follow together; 0: those of one block.
   [[nodiscard]] virtual uint64_t paths_together() const { return 0; }
   // The same for several blocks, which are different; sets what was done.

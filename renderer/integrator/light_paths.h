@@ -4,11 +4,11 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator_settings.h"
-#include "renderer/integrator/sample_range.h"
 #include "renderer/integrator/stages/medium_stack.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/light/emission_sampling.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/sampling/sample_range.h"
 #include "renderer/world/world.h"
 
 #include <array>

@@ -16,8 +16,18 @@ void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samp
   const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count();
   assert(count <= context.states.size());
   context.rays.resize(count);
-  context.active.resize(count);
   generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);
+  start_paths(count, context);
+}
+
+void PathIntegrator::start_listed(const PixelRect& block, PathContext& context) const {
+  context.rays.resize(context.listed.size());
+  generate_camera_rays(camera_, sampler_, filter_, block, context.listed, context.camera_samples, context.rays);
+  start_paths(context.listed.size(), context);
+}
+
+void PathIntegrator::start_paths(size_t count, PathContext& context) const {
+  context.active.resize(count);
   for (size_t slot = 0; slot < count; ++slot) {
     context.active[slot] = static_cast<uint32_t>(slot);
     context.states[slot] = PathState{};
@@ -38,6 +48,24 @@ void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange
   context.hits.resize(context.rays.size());
   intersect_camera_rays(*accelerator_, camera_, sampler_, filter_, block, samples, context.rays, context.hits);
   context.counters.camera += context.rays.size();
+}
+
+// Which samples a batch has depends on how levels are divided, so its groups must not matter.
+void PathIntegrator::trace_listed(PathContext& context) const {
+  constexpr size_t kGroup = kBlockSize * kBlockSize;
+  const size_t count = context.rays.size();
+  context.hits.resize(count);
+  const std::span<const accel::Ray> rays(context.rays);
+  const std::span<accel::Hit> hits(context.hits);
+  if (!accelerator_->coherent_equals_single()) {
+    accelerator_->intersect(rays, hits);
+  } else {
+    for (size_t first = 0; first < count; first += kGroup) {
+      const size_t some = std::min(kGroup, count - first);
+      accelerator_->intersect_coherent(rays.subspan(first, some), hits.subspan(first, some));
+    }
+  }
+  context.counters.camera += count;
 }
 
 // Camera rays and random numbers are those of the batch, so that where nothing shades a catcher

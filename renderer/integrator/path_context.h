@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths.h"
 #include "renderer/integrator/shade_group.h"
@@ -26,6 +27,7 @@ class PathContext final : public ThreadContext {
   ~PathContext() override;
 
   std::vector<CameraSample> camera_samples; // by slot
+  std::vector<BlockSample> listed;          // of a batch, if there are rates
   std::vector<PathState> states;            // by slot
   std::vector<MediumStack> media;           // by slot; only where the state is in_medium
   std::vector<FilmSurface> surfaces;        // by slot; empty if no AOV needs it

@@ -7,6 +7,7 @@
 #include "renderer/integrator/batch_sink.h"
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/caught_paths.h"
+#include "renderer/integrator/level_list.h"
 #include "renderer/integrator/shade_batch.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/prepare_path.h"
@@ -53,11 +54,11 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return mak
 
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
-  auto context = std::make_unique<PathContext>(stages_.settings.batch_size, aovs_);
+  const size_t size = std::max<size_t>(stages_.settings.batch_size, LevelList::kMaxOfLevel);
+  auto context = std::make_unique<PathContext>(size, aovs_);
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
-    context->split_light = std::make_unique<SplitLight>(stages_.settings.batch_size, light_groups_.names.size());
-  if (unshaded_)
-    context->caught = std::make_unique<CaughtPaths>(stages_.settings.batch_size, unshaded_->make_path_context());
+    context->split_light = std::make_unique<SplitLight>(size, light_groups_.names.size());
+  if (unshaded_) context->caught = std::make_unique<CaughtPaths>(size, unshaded_->make_path_context());
   return context;
 }
 
@@ -82,6 +83,28 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
     if (from_lights) light_paths_->add_to(block, context.light_paths, film);
   }
   return samples.count();
+}
+
+uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates,
+                                       ThreadContext& thread, Film& film) const {
+  assert(dynamic_cast<PathContext*>(&thread));
+  auto& context = static_cast<PathContext&>(thread);
+  LevelList list(block, rates, levels.first);
+  const uint32_t max_levels = light_paths_ ? samples_per_batch(block, stages_.settings.batch_size) : levels.count();
+  while (list.level() < levels.end) {
+    const uint32_t first = list.level();
+    const uint32_t end = std::min(levels.end, first + std::min(max_levels, levels.end - first));
+    list.take(end, context.states.size(), context.listed);
+    start_listed(block, context);
+    trace_listed(context);
+    follow(context);
+    const bool from_lights = light_paths_ && film.has_splats();
+    if (from_lights) light_paths_->trace(stages_, block, {first, list.level()}, context.light_paths, context.counters);
+    if (world_.abandoned()) return first - levels.first;
+    finish_batch(context.listed.size(), context, film);
+    if (from_lights) light_paths_->add_to(block, context.light_paths, film);
+  }
+  return levels.count();
 }
 
 void PathIntegrator::follow(PathContext& context) const {

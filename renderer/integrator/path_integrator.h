@@ -30,11 +30,16 @@ class PathIntegrator final : public Integrator {
   [[nodiscard]] std::unique_ptr<PathContext> make_path_context() const; // the same, for callers that set its recorder
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                         Film& film) const override;
+  uint32_t render_levels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates,
+                         ThreadContext& context, Film& film) const override;
 
  private:
   // The loops over a batch, in the order in which they run.
   void start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void start_listed(const PixelRect& block, PathContext& context) const;
+  void start_paths(size_t count, PathContext& context) const; // whose camera samples and rays are there
   void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void trace_listed(PathContext& context) const;
   void shade(PathContext& context) const;
   void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
   void trace_shadows(PathContext& context) const;

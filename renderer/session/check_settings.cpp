@@ -142,6 +142,18 @@ Result<void> check_adaptive(const RenderSettings& settings) {
   return {};
 }
 
+// What pixels with different numbers of samples cannot be combined with.
+Result<void> check_sample_rates(const RenderSettings& settings) {
+  if (settings.sample_rates == SampleRateKind::even) return {};
+  const auto not_with = [](const std::string& what) { return refuse("--sample-rates noise: not " + what); };
+  if (settings.integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(settings.integrator.kind)) + "; use path");
+  if (settings.adaptive.enabled()) return not_with("with --noise-threshold, which stops blocks of pixels");
+  if (settings.time_limit_s) return not_with("with a time limit; use --spp");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  return {};
+}
+
 // Only paths on the CPU know where their light comes from.
 Result<void> check_split_light(const RenderSettings& settings) {
   std::string wanted;
@@ -167,8 +179,8 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
-  for (const auto& check :
-       {check_pixels, check_samples, check_adaptive, check_split_light, check_catchers, check_first_hits})
+  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_sample_rates, check_split_light,
+                            check_catchers, check_first_hits})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;

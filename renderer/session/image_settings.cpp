@@ -35,6 +35,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.samples_per_pixel = image.samples_per_pixel();
   settings.planned_samples = image.planned_samples();
   settings.adaptive = image.adaptive;
+  settings.sample_rates = image.sample_rates;
   settings.outliers = image.outliers;
   settings.time_limit_s = image.time_limit_s;
   settings.seed = image.seed;
@@ -43,7 +44,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);
   settings.aovs = image.recorded_aovs();
-  if (settings.adaptive.enabled()) settings.aovs.insert(Aov::samples);
+  if (settings.adaptive.enabled() || settings.sample_rates != SampleRateKind::even) settings.aovs.insert(Aov::samples);
   return settings;
 }
 

@@ -96,6 +96,7 @@ void add_sampling(const ImageSettings& o, SortedJson& j) {
   j["--planned-spp"] = o.planned_samples();
   j["--noise-threshold"] = json_number(o.adaptive.noise_threshold);
   j["--min-spp"] = o.adaptive.enabled() ? SortedJson(o.adaptive.min_samples_per_pixel) : SortedJson();
+  j["--sample-rates"] = sample_rates_name(o.sample_rates);
   j["--seed"] = o.seed;
   j["--sampler"] = sampler_name(o.sampler);
   const PixelFilter filter(o.filter);

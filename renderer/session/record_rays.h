@@ -31,6 +31,7 @@ class RecordingAccelerator final : public accel::Accelerator {
   [[nodiscard]] bool occluded(const accel::Ray& ray) const override;
   void intersect(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
   void occluded(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
+  [[nodiscard]] bool coherent_equals_single() const override { return inner_->coherent_equals_single(); }
   void intersect_coherent(std::span<const accel::Ray> rays, std::span<accel::Hit> hits) const override;
   void occluded_coherent(std::span<const accel::Ray> rays, std::span<uint8_t> occluded) const override;
   [[nodiscard]] std::optional<accel::TraversalCost> traversal_cost(const accel::Ray& ray, bool any_hit) const override {

@@ -20,10 +20,11 @@ constexpr double kMaxShareOfTimeLeft = 0.5; // that a pass may take of a time li
 
 RenderLoop::RenderLoop(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
                        const RenderContinuity& continuity, const RenderStops& stops, PassProgress& progress,
-                       int threads, Clock::time_point start, double busy_before_s)
+                       int threads, Clock::time_point start, double busy_before_s, const SampleRates* rates)
     : settings_(settings), integrator_(integrator), state_(state), continuity_(continuity), stops_(stops),
-      progress_(progress), start_(start), busy_before_s_(busy_before_s), wanted_(settings.wanted_samples()),
-      work_before_(state.work), adaptive_sampling_(state.coverage.area(), settings.adaptive, state.adaptive),
+      progress_(progress), start_(start), busy_before_s_(busy_before_s), rates_(rates),
+      wanted_(settings.wanted_samples()), work_before_(state.work),
+      adaptive_sampling_(state.coverage.area(), settings.adaptive, state.adaptive),
       workers_(static_cast<size_t>(threads)) {
   find_levels();
   queue_.emplace(
@@ -179,7 +180,7 @@ bool RenderLoop::render_missing(std::span<const size_t> blocks, const SampleRang
     work.clear();
     std::erase_if(lacking, [&](size_t block) {
       const SampleRange missing = missing_samples(block, pass);
-      if (!missing.empty()) work.push_back({state_.coverage.block(block), missing});
+      if (!missing.empty()) work.push_back({state_.coverage.block(block), missing, rates_});
       return missing.empty();
     });
     if (work.empty()) return true;

@@ -30,10 +30,11 @@ class RenderLoop {
  public:
   using Clock = std::chrono::steady_clock;
   // `continuity`: resume_from is not used. `start`: of the render phase. `busy_before_s`: time that
-  // the threads have already worked in it, summed. All references must outlive this object.
+  // the threads have already worked in it, summed. `rates`: of state.coverage.area(); null: all
+  // pixels have the same samples. All references must outlive this object.
   RenderLoop(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
              const RenderContinuity& continuity, const RenderStops& stops, PassProgress& progress, int threads,
-             Clock::time_point start, double busy_before_s);
+             Clock::time_point start, double busy_before_s, const SampleRates* rates);
 
   // Renders until all samples are taken or a stop holds; saves at intervals and at the end. Sets
   // the passes, samples, saves, threads and rays of `statistics`, and the state's work.
@@ -78,6 +79,7 @@ class RenderLoop {
   PassProgress& progress_;
   Clock::time_point start_;
   double busy_before_s_;
+  const SampleRates* rates_;
   SampleRange wanted_;
   RenderWork work_before_;
   AdaptiveSampling adaptive_sampling_;

@@ -5,6 +5,7 @@
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/session/check_settings.h"
+#include "renderer/session/find_sample_rates.h"
 #include "renderer/session/place_integrator.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
@@ -41,6 +42,14 @@ double seconds_since(RenderLoop::Clock::time_point start) {
   return std::chrono::duration<double>(RenderLoop::Clock::now() - start).count();
 }
 
+// Calls `work` where TBB's algorithms use that many threads, of which there may be more than cores.
+template <typename Work>
+void run_on(int threads, const Work& work) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
+  tbb::task_arena(threads).execute(work);
+}
+
 // Returns the minimum sample count of the blocks that lack samples.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleRange wanted = settings.wanted_samples();
@@ -48,6 +57,22 @@ uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   for (size_t i = 0; i < coverage.block_count(); ++i)
     if (!coverage.complete(i, wanted)) min_done = std::min(min_done, coverage.done(i, wanted));
   return min_done;
+}
+
+// Traces the pilot of a render that lacks samples.
+Pilot pilot_of(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
+               const RenderStops& stops, PassProgress& progress, int threads, RenderLoop::Clock::time_point start) {
+  Pilot pilot;
+  if (all_done(settings, state.coverage)) return pilot;
+  const bool fresh = min_samples(settings, state.coverage) == 0;
+  run_on(threads, [&] {
+    pilot = trace_pilot(settings, integrator, state, stops.at_once, [&](double samples) {
+      if (fresh) progress.tile_done(samples, 0.0, 0);
+    });
+  });
+  if (pilot.rates && fresh) pilot.first_pass_s = seconds_since(start);
+  state.work.rays.add(pilot.rays);
+  return pilot;
 }
 
 // Checks that a state is one of this render. The guide of all runs is the same.
@@ -103,10 +128,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   TrainedGuide trained;
   std::shared_ptr<const Guide> guide;
   if (!state || !all_done(settings, state->coverage)) {
-    // The user may ask for more threads than cores.
-    const tbb::global_control thread_limit(tbb::global_control::max_allowed_parallelism,
-                                           static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
-    tbb::task_arena(threads).execute([&] {
+    run_on(threads, [&] {
       trained = train_guide(world, camera, settings, stops.after_open_passes,
                             [&](uint64_t paths) { progress.paths_trained(paths); });
     });
@@ -119,15 +141,19 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   if (max_training_s(settings) && training_paths(settings) > 0)
     state->work.training_paths = trained.statistics.max_paths;
   PlacedIntegrator placed;
+  Pilot pilot;
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
     const auto placing = RenderLoop::Clock::now();
     placed = place_integrator(std::move(device).value(), world, camera, settings, guide.get());
     statistics.device = placed.use;
+    pilot = pilot_of(settings, *placed.integrator, *state, stops, progress, threads, start);
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
-                 trained.busy_s);
+                 trained.busy_s + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
     if (placed.device) statistics.device.start_s = opened_s + seconds_since(placing);
     loop->run(statistics);
+    statistics.rays.add(pilot.rays);
+    statistics.first_pass_s = std::max(statistics.first_pass_s, pilot.first_pass_s);
   } catch (const DeviceError& error) {
     return Error{ErrorKind::render_failed, error.what()};
   }

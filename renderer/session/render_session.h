@@ -12,6 +12,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/pixel_filter.h"
+#include "renderer/sampling/sample_rates.h"
 #include "renderer/scene/surface_names.h"
 #include "renderer/session/adaptive_sampling.h"
 #include "renderer/session/coverage.h"
@@ -49,6 +50,9 @@ struct RenderSettings {
   // (make_regions()).
   std::optional<PixelRect> region;
   AdaptiveSettings adaptive;
+  // With SampleRateKind::noise samples_per_pixel and `samples` count levels (SampleRates), the
+  // first of which are a pilot that each run traces. Not with adaptive sampling or a time limit.
+  SampleRateKind sample_rates = SampleRateKind::even;
   // Limit on the render phase, training included. The render ends between blocks once every pixel
   // has a sample and this time is over; blocks may then differ by the samples of the passes in
   // work.

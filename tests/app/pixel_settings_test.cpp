@@ -133,6 +133,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--clamp-direct", {true, kNone, {"--clamp-direct", "5"}}},
       {"--clamp-indirect", {true, kNone, {"--clamp-indirect", "5"}}},
       {"--caustics", {true, kNone, {"--caustics", "off"}}},
+      {"--sample-rates", {true, kNone, {"--sample-rates", "noise"}}},
       {"--light-paths", {true, kNone, {"--light-paths", "0.25"}}},
       {"--guiding", {true, kNone, {"--guiding", "off"}}},
       {"--training-paths", {true, kNone, {"--training-paths", "4096"}}},

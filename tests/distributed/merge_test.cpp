@@ -130,7 +130,10 @@ TEST_P(MergeOf, AnyPartsInAnyOrderMatchTheWhole) {
     EXPECT_EQ(merged.state.coverage, saved->coverage) << what;
     EXPECT_EQ(merged.state.adaptive.stop_at, saved->adaptive.stop_at);
     EXPECT_EQ(merged.state.adaptive.rays, saved->adaptive.rays);
-    EXPECT_EQ(merged.state.work.rays.total(), saved->work.rays.total());
+    if (GetParam().kind == SplitKind::rates && files.size() > 1) // every part traces the pilot
+      EXPECT_GT(merged.state.work.rays.total(), saved->work.rays.total());
+    else
+      EXPECT_EQ(merged.state.work.rays.total(), saved->work.rays.total());
     EXPECT_EQ(merged.state.work.runs, files.size());
     EXPECT_EQ(merged.identity.arguments, (std::vector<std::string>{"render", "scene.gltf"}));
   }

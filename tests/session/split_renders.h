@@ -19,6 +19,7 @@ enum class SplitKind {
   adaptive, // blocks that stop early, and others
   guided,
   moving, // with a lens
+  rates,  // pixels with different numbers of samples
 };
 
 struct SplitCase {
@@ -29,14 +30,14 @@ struct SplitCase {
 inline std::vector<SplitCase> all_split_cases() {
   std::vector<SplitCase> cases;
   for (const SplitKind kind : {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive,
-                               SplitKind::guided, SplitKind::moving})
+                               SplitKind::guided, SplitKind::moving, SplitKind::rates})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path", "jittered", "whitted", "adaptive", "guided", "moving"};
+  constexpr const char* kNames[] = {"path", "jittered", "whitted", "adaptive", "guided", "moving", "rates"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -91,6 +92,10 @@ class SplitScene {
       settings.planned_samples = 64; // enough to train a guide
       break;
     case SplitKind::moving: settings.sampler = SamplerKind::sobol; break;
+    case SplitKind::rates:
+      settings.samples_per_pixel = 24;
+      settings.sample_rates = SampleRateKind::noise;
+      break;
     }
     return settings;
   }
@@ -109,7 +114,8 @@ class SplitScene {
   [[nodiscard]] bool is_possible(Aov aov) const {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
     if (kind_ == SplitKind::moving && is_motion(aov)) return false;
-    return aov != Aov::shadow_catcher || (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive);
+    return aov != Aov::shadow_catcher ||
+           (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }
 
   SplitKind kind_;

@@ -2,11 +2,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/render_images.h"
 
+#include "renderer/session/find_sample_rates.h"
 #include "renderer/session/train_guide.h"
 
 #include <gtest/gtest.h>
 
 namespace kindling::test {
+namespace {
+
+std::optional<SampleRates> rates_of(const RenderSettings& settings, const Integrator& integrator) {
+  const PixelRect whole{V2i(0, 0), settings.size_px};
+  RenderState dropped{Film(settings.size_px, whole, settings.aovs), Coverage(whole), {}, {}};
+  return trace_pilot(
+             settings, integrator, dropped, [] { return false; }, [](double) {})
+      .rates;
+}
+
+void render_block(BlockWork work, const Integrator& integrator, ThreadContext& context, Film& film) {
+  integrator.render_blocks(std::span(&work, 1), context, film);
+}
+
+} // namespace
 
 Images render_images(const World& world, const Camera& camera, RenderSettings settings, uint32_t first_seed,
                      uint32_t seeds, const Guide* guide) {
@@ -19,10 +35,14 @@ Images render_images(const World& world, const Camera& camera, RenderSettings se
     const auto context = integrator->make_context();
     Film film(camera.size_px(), whole, settings.aovs);
     if (settings.integrator.light_paths > 0.0f) film.enable_splats();
+    const std::optional<SampleRates> rates =
+        settings.sample_rates == SampleRateKind::even ? std::nullopt : rates_of(settings, *integrator);
     for (int y = 0; y < whole.max.y; y += kBlockSize)
       for (int x = 0; x < whole.max.x; x += kBlockSize)
-        integrator->render_block(PixelRect{V2i(x, y), V2i(x + kBlockSize, y + kBlockSize)},
-                                 {0, settings.samples_per_pixel}, *context, film);
+        render_block({.block = {V2i(x, y), V2i(x, y) + V2i(kBlockSize)},
+                      .samples = {0, settings.samples_per_pixel},
+                      .rates = rates ? &*rates : nullptr},
+                     *integrator, *context, film);
     EXPECT_EQ(context->counters.non_finite, 0U);
     images.add(film.resolve(Aov::beauty));
   }

@@ -33,7 +33,8 @@ struct Strategy {
 }
 
 inline constexpr std::array kStrategies{
-    Strategy{"independent", [](RenderSettings& s) { s.sampler = SamplerKind::independent; }}, // plain random numbers
+    Strategy{"independent", [](RenderSettings& s) { s.sampler = SamplerKind::independent; }, accel::Kind::embree, false,
+             54}, // plain random numbers
     Strategy{"blue-noise", [](RenderSettings& s) { s.sampler = SamplerKind::blue_noise; }},
     Strategy{"roulette from bounce 0", [](RenderSettings& s) { s.integrator.roulette_start_bounce = 0; },
              accel::Kind::embree, true, 32},
@@ -43,10 +44,13 @@ inline constexpr std::array kStrategies{
              false, true},
     Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
              false, 48, true},
+    Strategy{"sample rates", [](RenderSettings& s) { s.sample_rates = SampleRateKind::noise; }, accel::Kind::kdtree,
+             false, 56},
     Strategy{"all together",
              [](RenderSettings& s) {
                s.sampler = SamplerKind::blue_noise;
                s.integrator.roulette_start_bounce = 1;
+               s.sample_rates = SampleRateKind::noise;
              },
              accel::Kind::kdtree, false, 48, true},
 };

@@ -12,14 +12,22 @@
 namespace kindling {
 
 // Samples of the pixels of one block. Samples and pixels are consecutive in the wave: all samples
-// of a pixel, then those of the next pixel, row by row.
+// of a pixel, then those of the next pixel, row by row. If there are sample rates, WavePixel has
+// the samples of each pixel.
 struct WaveBlock {
   V2i corner{0}; // the upper left pixel
   uint32_t width = 0, height = 0;
   uint32_t first_index = 0; // of the samples in their pixel
-  uint32_t samples = 0;     // of each pixel
+  uint32_t samples = 0;     // of each pixel; 0: see Wave::pixels
   uint32_t first_sample = 0;
   uint32_t first_pixel = 0;
+};
+
+// Samples of one pixel of a wave.
+struct WavePixel {
+  uint32_t first_index = 0; // of the samples in their pixel
+  uint32_t first_sample = 0;
+  uint32_t samples = 0;
 };
 
 // Counts of rays, of a sample or of a block. Reflections and refractions are among the bounces, and
@@ -41,6 +49,7 @@ struct WaveLosses {
 struct Wave {
   const DeviceScene* scene = nullptr;
   std::span<const WaveBlock> blocks;
+  std::span<const WavePixel> pixels; // empty: all pixels of a block have the same samples
   CameraSample* samples = nullptr;
   FilmSurface* surfaces = nullptr; // by sample; null if no AOV needs it
   WaveRays<uint32_t>* rays = nullptr;

@@ -20,14 +20,32 @@ template <uint32_t WaveBlock::*kFirst>
   return first;
 }
 
+// Returns the samples of pixel `within` of a block, counted row by row.
+[[nodiscard]] inline WavePixel pixel_of(const Wave& wave, const WaveBlock& block, uint32_t within) {
+  if (block.samples == 0) return wave.pixels[block.first_pixel + within];
+  return {block.first_index, block.first_sample + within * block.samples, block.samples};
+}
+
+// Returns which pixel of the block has sample `slot`.
+[[nodiscard]] inline uint32_t pixel_with(const Wave& wave, const WaveBlock& block, uint32_t slot) {
+  if (block.samples > 0) return (slot - block.first_sample) / block.samples;
+  uint32_t first = 0, last = block.width * block.height; // the last of the pixels that begin here or before has samples
+  while (last - first > 1) {
+    const uint32_t middle = (first + last) / 2;
+    (wave.pixels[block.first_pixel + middle].first_sample <= slot ? first : last) = middle;
+  }
+  return first;
+}
+
 // Starts sample `slot`; returns its camera ray.
 [[nodiscard]] inline accel::Ray begin_sample(const Wave& wave, uint32_t slot) {
   const DeviceScene& scene = *wave.scene;
   const WaveBlock& block = wave.blocks[block_of<&WaveBlock::first_sample>(wave, slot)];
-  const uint32_t within = slot - block.first_sample, pixel = within / block.samples;
+  const uint32_t pixel = pixel_with(wave, block, slot);
+  const WavePixel own = pixel_of(wave, block, pixel);
   CameraSample sample;
   sample.pixel = block.corner + V2i(static_cast<int>(pixel % block.width), static_cast<int>(pixel / block.width));
-  sample.sample_index = block.first_index + within % block.samples;
+  sample.sample_index = own.first_index + (slot - own.first_sample);
   sample.address = scene.sampler.address(sample.pixel, sample.sample_index);
   const accel::Ray ray = make_camera_ray(scene.camera, scene.filter, draw_camera(scene.camera, sample.address),
                                          sample.pixel, sample.address, sample.filter_weight);
@@ -59,9 +77,9 @@ template <typename Finished>
 inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished) {
   const uint32_t number = block_of<&WaveBlock::first_pixel>(wave, pixel);
   const WaveBlock& block = wave.blocks[number];
-  const uint32_t first = block.first_sample + (pixel - block.first_pixel) * block.samples;
+  const WavePixel own = pixel_of(wave, block, pixel - block.first_pixel);
   WaveRays<uint64_t> rays;
-  for (uint32_t slot = first; slot < first + block.samples; ++slot) {
+  for (uint32_t slot = own.first_sample; slot < own.first_sample + own.samples; ++slot) {
     const CameraSample& sample = wave.samples[slot];
     rays.bounces += wave.rays[slot].bounces;
     rays.shadows += wave.rays[slot].shadows;

@@ -1,0 +1,124 @@
+// Sums of variances over windows of pixels, and the rates that follow.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/sampling/allocate_samples.h"
+
+#include "renderer/sampling/sample_rates.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace kindling {
+namespace {
+
+constexpr double kMin = static_cast<double>(SampleRates::kMinRate) / SampleRates::kUnit;
+constexpr double kMax = static_cast<double>(SampleRates::kMaxRate) / SampleRates::kUnit;
+constexpr double kMinGain = 1.1; // that pays for rates that are themselves estimates
+constexpr int kNear = 2;         // radii of the windows
+constexpr int kFar = kAllocationMargin;
+
+constexpr double kPilot = SampleRates::kPilotLevels;
+
+double rate_of(const GroupNoise& noise, const RateRule& rule) {
+  const double samples = rule.levels * rule.scale * std::sqrt(noise.relative_variance / noise.cost);
+  return std::clamp((samples - kPilot) / (rule.levels - kPilot), kMin, kMax);
+}
+
+// Sums over rectangles of a map (Crow 1984, "Summed-Area Tables for Texture Mapping").
+class SummedArea {
+ public:
+  explicit SummedArea(const NoiseMap& noise)
+      : noise_(noise), columns_(static_cast<size_t>(noise.width) + 1),
+        sums_(columns_ * (static_cast<size_t>(noise.height) + 1), 0) {
+    size_t at = 0;
+    for (size_t y = 1; y <= static_cast<size_t>(noise.height); ++y) {
+      uint64_t row = 0;
+      for (size_t x = 1; x < columns_; ++x) {
+        row += noise.relative_variance[at++];
+        sums_[y * columns_ + x] = sums_[(y - 1) * columns_ + x] + row;
+      }
+    }
+  }
+
+  // Returns the mean over the pixels within `radius` of a pixel of the map, without it.
+  [[nodiscard]] double mean_around(const V2i& at, int radius) const {
+    const auto x0 = static_cast<size_t>(std::max(at.x - radius, 0)),
+               y0 = static_cast<size_t>(std::max(at.y - radius, 0)),
+               x1 = static_cast<size_t>(std::min(at.x + radius + 1, noise_.width)),
+               y1 = static_cast<size_t>(std::min(at.y + radius + 1, noise_.height));
+    const size_t others = (x1 - x0) * (y1 - y0) - 1;
+    if (others == 0) return 0.0;
+    const uint64_t own =
+        noise_.relative_variance[static_cast<size_t>(at.y) * (columns_ - 1) + static_cast<size_t>(at.x)];
+    const uint64_t sum = sums_[y1 * columns_ + x1] - sums_[y0 * columns_ + x1] - sums_[y1 * columns_ + x0] +
+                         sums_[y0 * columns_ + x0] - own;
+    return static_cast<double>(sum) * NoiseMap::kVarianceUnit / static_cast<double>(others);
+  }
+
+ private:
+  const NoiseMap& noise_;
+  size_t columns_;
+  std::vector<uint64_t> sums_; // over what is above and to the left
+};
+
+} // namespace
+
+std::string_view sample_rates_name(SampleRateKind kind) { return kind == SampleRateKind::even ? "even" : "noise"; }
+
+std::optional<SampleRateKind> sample_rates_from_name(std::string_view name) {
+  for (const SampleRateKind kind : {SampleRateKind::even, SampleRateKind::noise})
+    if (sample_rates_name(kind) == name) return kind;
+  return std::nullopt;
+}
+
+RateRule rate_rule(std::span<const GroupNoise> groups, double levels) {
+  assert(levels > kPilot);
+  double wanted = 0.0, variance = 0.0, noise = 0.0;
+  for (const GroupNoise& group : groups) {
+    assert(group.cost > 0.0);
+    wanted += group.cost;
+    variance += group.relative_variance;
+    noise += std::sqrt(group.relative_variance * group.cost);
+  }
+  // By Cauchy and Schwarz the best rates leave noise^2 / (variance * wanted) of the error.
+  if (!(variance * wanted > kMinGain * noise * noise)) return {0.0, levels};
+  const auto cost_at = [&](double scale) {
+    double sum = 0.0;
+    for (const GroupNoise& group : groups) sum += rate_of(group, {scale, levels}) * group.cost;
+    return sum;
+  };
+  // The cost grows with the scale.
+  double low = 0.0, high = wanted / noise;
+  for (int i = 0; i < 64 && cost_at(high) < wanted; ++i) {
+    low = high;
+    high *= 2.0;
+  }
+  constexpr int kSteps = 50;
+  for (int i = 0; i < kSteps; ++i) {
+    const double middle = 0.5 * (low + high);
+    (cost_at(middle) < wanted ? low : high) = middle;
+  }
+  return {high, levels};
+}
+
+std::vector<uint8_t> allocate_samples(const NoiseMap& noise, const V2i& corner, int width, int height,
+                                      const RateRule& rule) {
+  assert(corner.x >= noise.corner.x && corner.y >= noise.corner.y);
+  assert(corner.x + width <= noise.corner.x + noise.width && corner.y + height <= noise.corner.y + noise.height);
+  assert(rule.scale > 0.0);
+  const SummedArea sums(noise);
+  std::vector<uint8_t> rates;
+  rates.reserve(static_cast<size_t>(width) * static_cast<size_t>(height));
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const V2i at = corner - noise.corner + V2i(x, y);
+      const double variance = std::sqrt(sums.mean_around(at, kNear) * sums.mean_around(at, kFar));
+      const float cost =
+          noise.cost[static_cast<size_t>(at.y) * static_cast<size_t>(noise.width) + static_cast<size_t>(at.x)];
+      const double rate = rate_of({variance, static_cast<double>(cost)}, rule);
+      rates.push_back(static_cast<uint8_t>(std::lround(rate * SampleRates::kUnit)));
+    }
+  return rates;
+}
+
+} // namespace kindling

@@ -1,0 +1,170 @@
+// Renders whose pixels have different numbers of samples: bits, cost and error.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/check_settings.h"
+#include "tests/session/mixed_scene.h"
+#include "tests/session/same_bits.h"
+
+#include <functional>
+#include <numeric>
+
+namespace kindling::test {
+namespace {
+
+constexpr V2i kImageSize(64, 48);
+
+// An environment without noise, in the left half behind a veil that every other sample passes.
+std::unique_ptr<const World> half_noisy_world(accel::Kind kind) {
+  Material veil = diffuse_material(Rgb(0.0f));
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor[3] = 0.5f;
+  return make_world(make_scene({veil}, {quad(V3f(-4, -3, 0), V3f(4, 0, 0), V3f(0, 6, 0), 0)}), kind,
+                    std::make_shared<Environment>(Rgb(0.3f)));
+}
+
+Camera front() { return {SceneCamera{}, look_at(V3f(0, 0, 4.5f), V3f(0.0f)), kImageSize}; }
+
+RenderSettings rates_settings(uint32_t levels) {
+  RenderSettings settings = small_render(kImageSize, levels);
+  settings.sample_rates = SampleRateKind::noise;
+  settings.aovs.insert(Aov::samples);
+  return settings;
+}
+
+RenderOutcome render_rates(const World& world, const RenderSettings& settings) {
+  Result<RenderOutcome> outcome = render(world, front(), settings, nullptr, nullptr);
+  EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message);
+  return std::move(outcome).value();
+}
+
+TEST(SampleRatesRender, NoisyPixelsHaveMoreSamplesForTheSameRays) {
+  const auto world = half_noisy_world(accel::Kind::kdtree);
+  RenderSettings settings = rates_settings(64);
+  const RenderOutcome noise = render_rates(*world, settings);
+  settings.sample_rates = SampleRateKind::even;
+  const RenderOutcome even = render_rates(*world, settings);
+  const std::vector<float> samples = noise.film.resolve(Aov::samples);
+  const auto samples_at = [&](int x, int y) { return samples[static_cast<size_t>(y * kImageSize.x + x)]; };
+  EXPECT_GT(samples_at(10, 20), 80.0f); // the veil
+  EXPECT_LE(samples_at(60, 20), 12.0f); // the environment
+  const double ratio =
+      static_cast<double>(noise.statistics.rays.total()) / static_cast<double>(even.statistics.rays.total());
+  EXPECT_NEAR(ratio, 1.0, 0.05);
+  EXPECT_EQ(noise.film.total_samples(), noise.statistics.rays.paths); // the pilot is part of the image
+  EXPECT_EQ(noise.statistics.samples_per_pixel, 64U);
+  EXPECT_GT(noise.statistics.first_pass_s, 0.0);
+}
+
+// With independent samples the error is in proportion to 1 / samples. Half of the pixels are noisy
+// and cost two rays and kOverhead a sample, the others one. Without the pilot, their rates are 1 /
+// 8 and (3.4 - 1.2 / 8) / 2.2 = 1.48; of 64 levels 4 are the pilot.
+TEST(SampleRatesRender, LeaveLessError) {
+  const auto world = half_noisy_world(accel::Kind::embree);
+  std::array<double, 2> error{}, rays{};
+  for (uint32_t seed = 1; seed <= 4; ++seed)
+    for (const SampleRateKind kind : {SampleRateKind::even, SampleRateKind::noise}) {
+      RenderSettings settings = rates_settings(64);
+      settings.seed = seed;
+      settings.sampler = SamplerKind::independent;
+      settings.sample_rates = kind;
+      const RenderOutcome outcome = render_rates(*world, settings);
+      const std::vector<float> beauty = outcome.film.resolve(Aov::beauty);
+      const auto i = static_cast<size_t>(kind);
+      for (int y = 0; y < kImageSize.y; ++y)
+        for (int x = 0; x < kImageSize.x / 2 - 2; ++x) {
+          const double difference = static_cast<double>(beauty[static_cast<size_t>((y * kImageSize.x + x) * 3)]) - 0.15;
+          error[i] += difference * difference;
+        }
+      rays[i] += static_cast<double>(outcome.statistics.rays.total());
+    }
+  constexpr double kExpected = 64.0 / (4.0 + 60.0 * 1.48);
+  // The standard error of a ratio of two sums of 5,760 squares is 2 / sqrt(5760) of it; five of
+  // them.
+  EXPECT_NEAR(error[1] / error[0], kExpected, (5.0 * 2.0 / 75.9 + 0.05) * kExpected);
+  EXPECT_NEAR(rays[1] / rays[0], 1.0, 0.05);
+}
+
+TEST(SampleRatesRender, DevicesHaveTheBitsOfTheCpu) {
+  const auto world = half_noisy_world(accel::Kind::kdtree);
+  RenderSettings settings = rates_settings(24);
+  settings.aovs.insert(Aov::variance);
+  const RenderOutcome cpu = render_rates(*world, settings);
+  settings.device = DeviceKind::host;
+  const RenderOutcome host = render_rates(*world, settings);
+  expect_same_bits(host.film, cpu.film, "the host device");
+  EXPECT_EQ(host.statistics.rays.total(), cpu.statistics.rays.total());
+  Film sum(kImageSize, cpu.film.crop(), settings.aovs);
+  settings.samples = SampleRange{3, 11};
+  sum.add(render_rates(*world, settings).film);
+  settings.device = DeviceKind::cpu;
+  for (const SampleRange& levels : {SampleRange{11, 24}, SampleRange{0, 3}}) {
+    settings.samples = levels;
+    sum.add(render_rates(*world, settings).film);
+  }
+  expect_same_bits(sum, cpu.film, "parts of both");
+}
+
+TEST(SampleRatesRender, AFewSamplesAreEven) {
+  const auto world = half_noisy_world(accel::Kind::kdtree);
+  RenderSettings settings = rates_settings(SampleRates::kPilotLevels);
+  const Film noise = render_rates(*world, settings).film;
+  settings.sample_rates = SampleRateKind::even;
+  expect_same_bits(noise, render_rates(*world, settings).film, "no levels after the pilot");
+}
+
+TEST(SampleRatesRender, WithoutNoiseAllPixelsAreEqual) {
+  const auto world = make_world(make_scene({}, {}), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f)));
+  for (const float samples : render_rates(*world, rates_settings(16)).film.resolve(Aov::samples))
+    EXPECT_EQ(samples, 16.0f);
+}
+
+TEST(SampleRatesRender, AddsToLightPaths) {
+  Material glass = diffuse_material(Rgb(1.0f));
+  glass.roughness_factor = 0.0f;
+  glass.transmission_factor = glass.thickness_factor = 1.0f;
+  const auto world =
+      make_world(make_scene({diffuse_material(Rgb(0.7f)), glass, emissive_material(Rgb(30.0f))},
+                            {quad(V3f(-4, -1, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0.0f), 0.8f, 32, 1),
+                             quad(V3f(-0.5f, 3, -0.5f), V3f(1, 0, 0), V3f(0, 0, 1), 2)}),
+                 accel::Kind::kdtree);
+  RenderSettings settings = rates_settings(16);
+  settings.integrator.light_paths = 0.5f;
+  const Film whole = render_rates(*world, settings).film;
+  Film sum(kImageSize, whole.crop(), whole.aovs());
+  sum.enable_splats();
+  for (const SampleRange& levels : {SampleRange{7, 16}, SampleRange{0, 2}, SampleRange{2, 7}}) {
+    settings.samples = levels;
+    settings.threads = static_cast<int>(levels.end % 3) + 1;
+    sum.add(render_rates(*world, settings).film);
+  }
+  expect_same_bits(sum, whole, "parts of the levels");
+}
+
+TEST(SampleRatesRender, StopsInThePilot) {
+  const auto world = half_noisy_world(accel::Kind::kdtree);
+  CancelToken token;
+  token.cancel_now();
+  Result<RenderOutcome> outcome = render(*world, front(), rates_settings(64), &token, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_TRUE(outcome.value().interrupted);
+  EXPECT_EQ(outcome.value().film.total_samples(), 0U);
+}
+
+TEST(SampleRatesRender, RefusesOtherKindsOfSampling) {
+  const auto refusal = [](const std::function<void(RenderSettings&)>& change) {
+    RenderSettings settings = rates_settings(64);
+    change(settings);
+    const Result<void> checked = check_settings(settings, front());
+    return checked.ok() ? std::string() : checked.error().message;
+  };
+  EXPECT_EQ(refusal([](RenderSettings&) {}), "");
+  const auto expect_refused = [&](const char* words, const std::function<void(RenderSettings&)>& change) {
+    EXPECT_NE(refusal(change).find(words), std::string::npos) << words << ": " << refusal(change);
+  };
+  expect_refused("--sample-rates noise: not with --integrator whitted; use path",
+                 [](auto& s) { s.integrator.kind = IntegratorKind::whitted; });
+  expect_refused("with --noise-threshold", [](auto& s) { s.adaptive.noise_threshold = 0.1; });
+  expect_refused("with a time limit; use --spp", [](auto& s) { s.time_limit_s = 3.0; });
+}
+
+} // namespace
+} // namespace kindling::test
