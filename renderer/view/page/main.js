@@ -57,7 +57,7 @@ const view = {
     const distance = header?.state.focus ?? header?.camera.focus ?? null;
     connection.change(stop ? { f_stop: stop, focus: distance } : { f_stop: stop, focus: null });
   },
-  resize,
+  chooseSize: () => resize({ chosenNow: true }),
 };
 const panel = new Panel(view);
 const path = new PathView((message) => { $("error").textContent = message; });
@@ -143,7 +143,8 @@ function fit() {
 }
 
 let resizing = 0;
-function resize() {
+// A size that is chosen now is sent even if it is that of the last frame: another may be on its way.
+function resize({ chosenNow = false } = {}) {
   if (!header) return;
   const chosen = $("size").value;
   let size = chosen.split("x").map(Number);
@@ -152,7 +153,7 @@ function resize() {
     const scale = Math.min(1, Math.sqrt(2.4e6 / Math.max(1, stage.width * stage.height)));
     size = [stage.width, stage.height].map((side) => Math.max(16, 8 * Math.floor(side * scale / 8)));
   }
-  if (size.some((side, i) => side !== header.state.size[i])) connection.change({ size });
+  if (chosenNow || size.some((side, i) => side !== header.state.size[i])) connection.change({ size });
 }
 new ResizeObserver(() => {
   if (!header) return;

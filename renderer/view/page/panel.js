@@ -39,7 +39,7 @@ export class Panel {
     choose("denoise", "change", (input) => view.change({ denoise: input.checked }));
     choose("spp", "change", (input) => view.change({ spp: +input.value }));
     choose("guiding", "change", (input) => view.change({ guiding: input.checked }));
-    choose("size", "change", () => view.resize());
+    choose("size", "change", () => view.chooseSize());
     $("reset").addEventListener("click", () => view.resetCamera());
     $("play").addEventListener("click", () => this.play());
     this.theme();
