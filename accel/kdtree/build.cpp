@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/build.h"
 
+#include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/subtree.h"
 #include "accel/kdtree/wide_cuts.h"
 #include "accel/triangle.h"
@@ -59,6 +60,7 @@ class TopBuilder {
     right_cost = build(above, std::move(right), node.children[1]);
     group.wait();
     choose_cuts(node, model.area() * context_.inverse_area);
+    choose_boxes(node, context_.inverse_area);
     return config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
            model.right_probability(split->axis, split->position) * right_cost;
   }

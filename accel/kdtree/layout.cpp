@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/layout.h"
 
+#include "accel/kdtree/box_layout.h"
 #include "accel/kdtree/config.h"
 #include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/wide_cuts.h"
@@ -43,18 +44,17 @@ class TreePart {
   // Lays out the subtree down to wide nodes of depth `last`. For inner nodes below them, calls
   // `below` with the node index, the lane of the child, the child, and its depth.
   template <class Below>
-  void place(const BinaryNode& root, const Depth& depth, uint32_t last, const Below& below) {
+  void place(BinaryNode& root, const Depth& depth, uint32_t last, const Below& below) {
     root_ = place_node(root, depth, last, below);
   }
   // Writes the leaves found by place().
   void encode_leaves(std::span<const Geometry> geometries) {
-    std::vector<uint32_t> place(leaves_.size());
     for (const BinaryNode* leaf : leaves_) reference_count_ += leaf->count;
     units_.reserve(reference_count_ + leaves_.size()); // typical for meshes
     for (size_t i = 0; i < leaves_.size(); ++i) {
       if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
       if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);
-      place[i] = static_cast<uint32_t>(units_.size());
+      leaves_[i]->set_leaf_unit(static_cast<uint32_t>(units_.size()));
       const std::span<const LeafReference> references(leaves_[i]->references, leaves_[i]->count);
       if (slice_ == nullptr)
         append_leaf(geometries, references, units_);
@@ -63,7 +63,7 @@ class TreePart {
       if (units_.size() >= kLeafBit) throw std::bad_alloc();
     }
     const auto address = [&](ChildWord& child) {
-      if ((child & kLeafBit) != 0) child = kLeafBit | place[child & ~kLeafBit];
+      if ((child & kLeafBit) != 0) child = kLeafBit | leaves_[child & ~kLeafBit]->leaf_unit();
     };
     for (WideNode& node : nodes_)
       for (ChildWord& child : node.child) address(child);
@@ -75,6 +75,10 @@ class TreePart {
     if (node + nodes_.size() >= kLeafBit || unit + units_.size() >= kLeafBit) throw std::bad_alloc();
     first_node_ = static_cast<uint32_t>(node);
     first_unit_ = static_cast<uint32_t>(unit);
+  }
+  // Has the leaves' addresses count from the beginning of the tree.
+  void place_leaves() {
+    for (BinaryNode* leaf : leaves_) leaf->set_leaf_unit(first_unit_ + leaf->leaf_unit());
   }
   // Moves the part to its position in the tree.
   void move_to(Tree& tree) {
@@ -102,7 +106,7 @@ class TreePart {
 
  private:
   struct Lane {
-    const BinaryNode* node = nullptr;
+    BinaryNode* node = nullptr;
     uint32_t levels = 0; // binary levels below the root of the wide node
   };
   using Lanes = std::array<Lane, kWideLanes>;
@@ -113,7 +117,7 @@ class TreePart {
   }
 
   template <class Below>
-  ChildWord place_node(const BinaryNode& node, const Depth& depth, uint32_t last, const Below& below) {
+  ChildWord place_node(BinaryNode& node, const Depth& depth, uint32_t last, const Below& below) {
     if (node.is_empty()) return kEmptyChild;
     if (!node.is_inner()) {
       leaves_.push_back(&node);
@@ -133,7 +137,7 @@ class TreePart {
     wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       if (lanes[lane].node == nullptr) continue;
-      const BinaryNode& child = *lanes[lane].node;
+      BinaryNode& child = *lanes[lane].node;
       const Depth child_depth = {depth.binary + lanes[lane].levels, depth.wide + 1};
       if (depth.wide == last && child.is_inner()) {
         below(number, lane, child, child_depth);
@@ -147,7 +151,7 @@ class TreePart {
 
   // Takes the plane of `node`, which has the given index in its level, and then its children as far
   // as chosen by joins_parent(), or all that fit.
-  static void gather(const BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
+  static void gather(BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
                      PlaneDisplacements& displacements, uint32_t& axes, Lanes& lanes) {
     const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
     wide.planes[lane] = node.position;
@@ -155,7 +159,7 @@ class TreePart {
     axes |= node.axis << (2 * lane);
     const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
     for (uint32_t side = 0; side < 2; ++side) {
-      const BinaryNode& child = node.children[side];
+      BinaryNode& child = node.children[side];
       const uint32_t child_index = 2 * index + side;
       if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
         gather(child, all, level + 1, child_index, wide, displacements, axes, lanes);
@@ -187,7 +191,7 @@ class TreePart {
   ChildWord root_ = kEmptyChild;
   std::vector<WideNode> nodes_;
   std::vector<PlaneDisplacements> displacements_; // by node, if there is a slice
-  std::vector<const BinaryNode*> leaves_;
+  std::vector<BinaryNode*> leaves_;               // their leaf_unit() counts from the part
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
   float largest_extent_ = 0.0f;
@@ -198,13 +202,13 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
   struct Link {
     size_t node;
     uint32_t lane;
-    const BinaryNode* child;
+    BinaryNode* child;
     Depth depth;
   };
   std::vector<Link> links; // links from the top to the other parts
   std::vector<TreePart> parts(1, TreePart(slice));
   parts[0].place(binary.root, {}, kTopLevels - 1,
-                 [&](size_t node, uint32_t lane, const BinaryNode& child, const Depth& depth) {
+                 [&](size_t node, uint32_t lane, BinaryNode& child, const Depth& depth) {
                    links.push_back({node, lane, &child, depth});
                  });
   parts.resize(1 + links.size(), TreePart(slice));
@@ -212,11 +216,11 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     if (monitor != nullptr && monitor->cancelled()) return;
     if (i > 0)
       parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
-                     [](size_t, uint32_t, const BinaryNode&, const Depth&) {});
+                     [](size_t, uint32_t, BinaryNode&, const Depth&) {});
     parts[i].encode_leaves(tree.geometries.all());
   });
 
-  binary.arenas.clear(); // frees memory for the tree
+  for (TreeArena& arena : binary.arenas) arena.references = {}; // frees memory for the tree
 
   size_t nodes = 0, units = 0;
   for (TreePart& part : parts) {
@@ -227,6 +231,11 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     tree.reference_count += part.reference_count();
     tree.largest_extent = std::max(tree.largest_extent, part.largest_extent());
   }
+  if (slice == nullptr) {
+    for (TreePart& part : parts) part.place_leaves();
+    tree.boxes = lay_out_boxes(binary.root);
+  }
+  binary.arenas.clear();
   tree.nodes = AlignedArray<WideNode>(nodes + 1);
   tree.nodes[0] = {};
   if (slice != nullptr) {

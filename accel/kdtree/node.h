@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/aligned_array.h"
+#include "accel/kdtree/box_layout.h"
 #include "accel/kdtree/geometry_table.h"
 #include "accel/kdtree/leaf_block.h"
 #include "accel/kdtree/wide_node.h"
@@ -21,6 +22,7 @@ struct Tree {
   AlignedArray<PlaneDisplacements> displacements; // by node, in deforming trees; else empty
   AlignedArray<LeafUnit> leaves;                  // contiguous blocks: LeafBlock, or MovingBlock in deforming trees
   ChildWord root = kEmptyChild;
+  BoxTree boxes;       // over the same leaves, in static trees; else empty
   Imath::Box3f bounds; // slightly enlarged; of a deforming tree, for all times of its slice
   // Slightly enlarged bounds that rays are clipped to; in a deforming tree those at the begin of
   // the slice, interpolated to those at its end.
@@ -32,7 +34,7 @@ struct Tree {
 
   [[nodiscard]] size_t memory_bytes() const {
     return sizeof(Tree) + nodes.size() * sizeof(WideNode) + displacements.size() * sizeof(PlaneDisplacements) +
-           leaves.size() * sizeof(LeafUnit) + geometries.memory_bytes();
+           boxes.nodes.size() * sizeof(BoxNode) + leaves.size() * sizeof(LeafUnit) + geometries.memory_bytes();
   }
   [[nodiscard]] bool deforms() const { return displacements.size() != 0; }
   // Returns the first block of a leaf in a static tree.

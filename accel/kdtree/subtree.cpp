@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/subtree.h"
 
+#include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/wide_cuts.h"
 
 #include <algorithm>
@@ -44,6 +45,15 @@ std::optional<Split> best_split_beside(const CostModel& model, const Imath::Box3
     offer(axis, references[0].max[axis], references.size(), 0);
   }
   return best;
+}
+
+Imath::Box3f bounds_of(std::span<const Reference> references) {
+  Imath::Box3f bounds;
+  for (const Reference& reference : references) {
+    bounds.extendBy(reference.min);
+    bounds.extendBy(reference.max);
+  }
+  return bounds;
 }
 
 bool have_same_bounds(std::span<const Reference> references) {
@@ -101,7 +111,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std:
 double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                                   BinaryNode& node) {
   const size_t first_id = push_ids(references);
-  make_leaf(context, cell.weight, ids_from(first_id), node);
+  make_leaf(context, cell.weight, ids_from(first_id), bounds_of(references), node);
   ids_.resize(first_id);
   return CostModel(context.config, cell.box).leaf_cost(references.size());
 }
@@ -127,7 +137,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
                                                stack_.data() + top, cut_);
   const bool reduced = counts.left < count || counts.right < count;
   if (!reduced || counts.left + counts.right > cell.budget) {
-    make_leaf(context, cell.weight, ids_from(first_id), node);
+    make_leaf(context, cell.weight, ids_from(first_id), cell.box, node);
     ids_.resize(first_id);
     return model.leaf_cost(count);
   }
@@ -153,11 +163,12 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
 
   double cost = config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
                 model.right_probability(split->axis, split->position) * right_cost;
+  choose_boxes(node, context.inverse_area);
   if (may_collapse && model.leaf_cost(count) <= cost) {
     arena_.nodes.rewind(nodes_before);
     arena_.references.rewind(references_before);
     made_ = made_before;
-    make_leaf(context, 0.0, ids_from(first_id), node); // progress was counted by its leaves
+    make_leaf(context, 0.0, ids_from(first_id), Imath::Box3f(node.bounds), node); // progress was counted by its leaves
     cost = model.leaf_cost(count);
   } else {
     choose_cuts(node, model.area() * context.inverse_area);
@@ -174,7 +185,7 @@ size_t SubtreeBuilder::push_ids(std::span<const Reference> references) {
 }
 
 void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
-                               BinaryNode& node) {
+                               const Imath::Box3f& bounds, BinaryNode& node) {
   assert(!references.empty());
   LeafReference* own = arena_.references.allocate(references.size());
   std::copy(references.begin(), references.end(), own);
@@ -183,6 +194,7 @@ void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::
     return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
   });
   node = BinaryNode();
+  node.bounds = bounds;
   node.count = static_cast<uint32_t>(references.size());
   node.references = own;
   made_ += references.size();

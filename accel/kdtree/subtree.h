@@ -77,7 +77,7 @@ class SubtreeBuilder {
  private:
   double build(const BuildContext& context, const Cell& cell, size_t first, size_t count, BinaryNode& node);
   void make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
-                 BinaryNode& node);
+                 const Imath::Box3f& bounds, BinaryNode& node);
   // Returns the index of the first.
   size_t push_ids(std::span<const Reference> references);
   [[nodiscard]] std::span<const LeafReference> ids_from(size_t first) const {

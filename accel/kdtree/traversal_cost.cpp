@@ -65,6 +65,7 @@ class TreeWalk {
       box.max = between(box.max, tree_.clip_bounds_at_end.max, fraction_);
     }
     if (tree_.root == kEmptyChild || !whole.cut(box.min, box.max, ray_, margin_)) return false;
+    if (!tree_.deforms() && !steep_) return run_boxes(t_min, t_far);
     slack_ = tree_.deforms() ? 2.0f * margin_ * steepest_ : 0.0f;
     Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
     while (true) {
@@ -84,6 +85,32 @@ class TreeWalk {
     ChildWord child;
     float enter, leave;
   };
+
+  // The walk by boxes, as in kernels/box_walk.h.
+  bool run_boxes(float t_min, float& t_far) {
+    uint32_t signs = 0;
+    for (int k = 0; k < 3; ++k) signs |= std::signbit(ray_.direction[k]) ? 1U << k : 0U;
+    for (stack_ = {{tree_.boxes.root, t_min, t_far}}; !stack_.empty();) {
+      const Cell cell = stack_.back();
+      if (!(cell.enter <= t_far * kBeyond)) return false;
+      stack_.pop_back();
+      if ((cell.child & kLeafBit) != 0) {
+        if (test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
+        continue;
+      }
+      ++cost_.nodes;
+      const BoxNode& node = tree_.boxes.nodes[cell.child];
+      for (uint32_t position = kWideLanes; position-- > 0;) { // from far to near
+        const uint32_t lane = (node.order[signs] >> (4 * position)) & 7U;
+        Interval inside{t_min, t_far};
+        if (node.child[lane] != kEmptyChild &&
+            inside.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
+                       {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, ray_, 0.0f))
+          stack_.push_back({node.child[lane], inside.enter, inside.leave});
+      }
+    }
+    return false;
+  }
 
   // Steps to the near child and pushes the other children that the ray enters, farthest first. If
   // intervals and entry point disagree on the near child, pushes all of them and returns no child.

@@ -7,7 +7,8 @@
 
 namespace kindling::accel::kd {
 
-// Visits what the single query visits, in the same order (kernels/traversal.h), lane by lane, and
+// Visits what the single query visits, in the same order (kernels/traversal.h, box_walk.h), lane by
+// lane, and
 // calls the hit filter alike. Nodes are wide nodes, including those of the instance level.
 // Triangles are those of the tested blocks, which the widest kernels test all at once. `any_hit`:
 // ends at the first hit.

@@ -154,13 +154,13 @@ TEST(KdTreeFactors, DifficultMeshesStayWithinFactorsOfATypicalOne) {
               one.references);
   const Box3f spot(V3f(-5e-5f), V3f(5e-5f));
   const Shape shapes[] = {
-      {"needles", needles, kCube, 65, 75, 7.5},
-      {"all sizes", [] { return soup(-4.0f, 0.0f); }, kCube, 8, 1, 4.5},
-      {"large", [] { return soup(0.0f, 0.0f); }, kCube, 72, 80, 7.5},
-      {"boxes", nested_boxes, kCube, 8, 90, 5},
-      {"spheres", nested_spheres, kCube, 21, 7, 7.2},
+      {"needles", needles, kCube, 65, 90, 7.5},
+      {"all sizes", [] { return soup(-4.0f, 0.0f); }, kCube, 8, 1.2, 4.5},
+      {"large", [] { return soup(0.0f, 0.0f); }, kCube, 72, 93, 7.5},
+      {"boxes", nested_boxes, kCube, 8, 106, 5},
+      {"spheres", nested_spheres, kCube, 21, 7.8, 7.2},
       {"one cell", cluster, spot, 3, 3, 1.1},
-      {"copies", [] { return duplicates(kTriangles); }, kCube, 1, 170, 1},
+      {"copies", [] { return duplicates(kTriangles); }, kCube, 1, 205, 1},
   };
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape.name);

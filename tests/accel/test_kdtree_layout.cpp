@@ -191,6 +191,13 @@ uint32_t wide_depth(const Tree& tree, ChildWord child) {
   return 1 + deepest;
 }
 
+uint32_t box_depth(const Tree& tree, ChildWord child) {
+  if (child == kEmptyChild || (child & kLeafBit) != 0) return 0;
+  uint32_t deepest = 0;
+  for (const ChildWord below : tree.boxes.nodes[child].child) deepest = std::max(deepest, box_depth(tree, below));
+  return 1 + deepest;
+}
+
 size_t leaves_below(const Tree& tree, ChildWord child) {
   if (child == kEmptyChild) return 0;
   if ((child & kLeafBit) != 0) return 1;
@@ -230,6 +237,7 @@ TEST(Layout, DeepestTreeFitsStack) {
     const Tree tree = lay_out(std::move(binary), geometries);
     EXPECT_LE(wide_depth(tree, tree.root), kMaxWideDepth);
     EXPECT_EQ(wide_depth(tree, tree.root) == kMaxDepth / kWideLevels, join);
+    EXPECT_LE(box_depth(tree, tree.boxes.root), kMaxWideDepth);
     EXPECT_EQ(leaves_below(tree, tree.root), size_t{kMaxDepth} + 1);
     EXPECT_EQ(tree.leaf_count, size_t{kMaxDepth} + 1);
   }
@@ -251,6 +259,11 @@ TEST(Layout, IsBitIdenticalForAnyThreadCount) {
       ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size());
       ASSERT_EQ(trees[i].leaves.size(), trees[0].leaves.size());
       EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(WideNode)), 0);
+      ASSERT_EQ(trees[i].boxes.root, trees[0].boxes.root);
+      ASSERT_EQ(trees[i].boxes.nodes.size(), trees[0].boxes.nodes.size());
+      EXPECT_EQ(std::memcmp(trees[i].boxes.nodes.data(), trees[0].boxes.nodes.data(),
+                            trees[0].boxes.nodes.size() * sizeof(BoxNode)),
+                0);
       EXPECT_EQ(std::memcmp(trees[i].leaves.data(), trees[0].leaves.data(), trees[0].leaves.size() * sizeof(LeafUnit)),
                 0);
     }

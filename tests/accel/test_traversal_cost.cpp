@@ -1,6 +1,5 @@
-// Tests that the counting traversal and the compact one visit the query's candidates in its order.
+// Tests that the counting traversal visits the query's candidates in its order.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/accel/compact_copy.h"
 #include "tests/accel/motion_scenes.h"
 
 #include <gtest/gtest.h>
@@ -45,11 +44,10 @@ TestScene filtered_scene() {
 
 TEST(TraversalCost, VisitsSameCandidatesAsQuery) {
   TestScene scene = filtered_scene();
-  std::vector<Candidate> by_query, by_walk, by_compact;
+  std::vector<Candidate> by_query, by_walk;
   std::vector<Candidate>* recorded = nullptr;
   scene.set_filter({record, &recorded});
   const auto accelerator = build(Kind::kdtree, scene);
-  const CompactCopy compact(*accelerator);
   Rng rng(311);
   std::vector<Ray> rays = random_rays(rng, scene.bounds(), 1500);
   for (const Ray& ray : axis_parallel_rays(rng, scene, 500)) rays.push_back(ray);
@@ -59,16 +57,12 @@ TEST(TraversalCost, VisitsSameCandidatesAsQuery) {
     for (const bool any_hit : {false, true}) {
       by_query.clear();
       by_walk.clear();
-      by_compact.clear();
       recorded = &by_query;
       const bool hit = any_hit ? accelerator->occluded(ray) : accelerator->intersect(ray).is_hit();
       recorded = &by_walk;
       const auto cost = accelerator->traversal_cost(ray, any_hit);
       ASSERT_TRUE(cost.has_value());
       ASSERT_EQ(by_query, by_walk);
-      recorded = &by_compact;
-      ASSERT_EQ(any_hit ? compact.occluded(ray) : compact.intersect(ray).is_hit(), hit);
-      ASSERT_EQ(by_query, by_compact);
       candidates += by_query.size();
       if (hit) {
         ASSERT_GT(cost->leaves, 0U);

@@ -117,6 +117,10 @@ inline IntLanes8 shift_by_lane(IntLanes8 a) {
   for (uint32_t i = 0; i < 8; ++i) a.v[i] >>= 2 * i;
   return a;
 }
+inline IntLanes8 shift_by_nibbles(IntLanes8 a) {
+  for (uint32_t i = 0; i < 8; ++i) a.v[i] >>= 4 * i;
+  return a;
+}
 template <class T>
 inline LanesOf<T, 8> permute(const LanesOf<T, 8>& a, const IntLanes8& index) {
   LanesOf<T, 8> r;

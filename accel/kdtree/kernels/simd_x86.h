@@ -44,6 +44,10 @@ inline IntLanes8 shift_right(IntLanes8 a) {
 inline IntLanes8 shift_by_lane(IntLanes8 a) {
   return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14));
 }
+// Shifts lane i right by 4 i bits.
+inline IntLanes8 shift_by_nibbles(IntLanes8 a) {
+  return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
+}
 // Lane i of the result is a[low three bits of index[i]].
 inline Lanes8 permute(Lanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
 inline IntLanes8 permute(IntLanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }

@@ -1,10 +1,10 @@
 // Stream traversal: many independent rays in flight through one tree to hide latency.
 //
 // While one ray waits for memory or for its own arithmetic, the others proceed. Each ray has a slot
-// with its state and its own stack. A round takes every ray at a node down by one wide node, then
+// with its state and its own stack. A round takes every ray at a node down by one box node, then
 // every ray at a leaf through one of its blocks, then returns the finished rays and refills their
-// slots. A step down leaves a frame on the stack: the children in the order of the ray, their
-// intervals, and a bit for each that the ray enters. A ray continues with the first bit of its
+// slots. A step down leaves a frame on the stack: the children in the order of the ray, where it
+// enters their boxes, and a bit for each that it enters. A ray continues with the first bit of its
 // topmost frame; then all rays are sorted at once, by comparisons and compression, into those at
 // nodes, at leaves and finished. The only branch to predict is whether a triangle is hit.
 //
@@ -46,7 +46,7 @@ class Stream {
   // nearest hit or, if kAny, any hit. Never calls it if another kind takes the hits.
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
-    if (tree_.root == kEmptyChild) return;
+    if (tree_.boxes.root == kEmptyChild) return;
     for (uint32_t s = 0; s < kStreamSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
     free_count_ = kStreamSlots;
     while (true) {
@@ -64,33 +64,34 @@ class Stream {
   }
 
  private:
-  // The children of one wide node, nearest first or, for any hit, farthest first.
+  // The children of one node, nearest first or, for any hit, farthest first.
   struct alignas(64) Frame {
-    std::array<float, kWideLanes> enter, leave;
+    std::array<float, kWideLanes> enter;
     std::array<ChildWord, kWideLanes> child;
-    uint32_t rest; // bits i and i + 8: child i is still to be visited
   };
-  static_assert(sizeof(Frame) == 128);
+  static_assert(sizeof(Frame) == 64);
+  static constexpr size_t kFrames = kMaxWideDepth + 2; // the lowest ends the ray; a step may write one above the top
   struct alignas(64) Slot {
     StreamRay at;
     float u, v; // of the best hit, which is at at.t_far
     uint32_t primitive;
     uint32_t ray;
-    std::array<Frame, kMaxWideDepth + 2> stack; // the lowest frame ends the ray; a step may write one above the top
+    std::array<uint16_t, kFrames> rest; // by frame; bits i and i + 8: child i is still to be visited
+    std::array<Frame, kFrames> stack;
 
     [[nodiscard]] TreeHit best() const { return {at.t_far, u, v, primitive}; }
   };
-  static_assert(kMaxWideDepth + 2 <= std::numeric_limits<decltype(StreamRay::top)>::max());
+  static_assert(kFrames <= std::numeric_limits<decltype(StreamRay::top)>::max());
   // The size is an odd number of cache lines, so that the same place in different slots does not
   // map to the same cache set.
   static_assert(sizeof(Slot) / 64 % 2 == 1);
   // Slots are addressed by their offset in bytes; compression writes up to kLanes past the end.
   using Offsets = std::array<uint32_t, kStreamSlots + kLanes>;
-  // Rays at nodes or at leaves: slot, child, interval [enter, leave] there, and end of the ray.
+  // Rays at nodes or at leaves: slot, child, where they enter it, and where they end.
   struct Queue {
     alignas(64) Offsets slot;
     alignas(64) std::array<ChildWord, kStreamSlots + kLanes> child;
-    alignas(64) std::array<float, kStreamSlots + kLanes> enter, leave, far;
+    alignas(64) std::array<float, kStreamSlots + kLanes> enter, far;
     uint32_t count = 0;
   };
 
@@ -99,7 +100,7 @@ class Stream {
   // Puts waiting rays into free slots while there are both.
   template <class Finish>
   void fill(std::span<const Ray> rays, const Finish& finish) {
-    Queue& queue = (tree_.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
+    Queue& queue = (tree_.boxes.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
     while (free_count_ != 0) {
       if (waiting_ == 0) {
         if (next_ == rays.size()) return;
@@ -111,18 +112,15 @@ class Stream {
       assert(queue.count < kStreamSlots);
       const uint32_t offset = free_[--free_count_];
       Slot& taken = slot(offset);
-      taken.at = prepared_.rays[i].ray;
+      taken.at = prepared_.rays[i];
       taken.primitive = kNoId;
       taken.ray = static_cast<uint32_t>(first_prepared_ + i);
       taken.at.top = 1;
       taken.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
-      taken.stack[0].leave[0] = 0.0f;
-      taken.stack[0].child[0] = tree_.root; // never visited, only prefetched
-      taken.stack[0].rest = 1;
+      taken.stack[0].child[0] = tree_.boxes.root; // never visited, only prefetched
+      taken.rest[0] = 1;
       queue.slot[queue.count] = offset;
-      queue.child[queue.count] = tree_.root;
-      queue.enter[queue.count] = prepared_.rays[i].enter;
-      queue.leave[queue.count] = prepared_.rays[i].leave;
+      queue.child[queue.count] = tree_.boxes.root;
       ++queue.count;
     }
   }
@@ -155,15 +153,12 @@ class Stream {
   void sort(Queue& from, uint32_t count, uint32_t& nodes, uint32_t& leaves) {
     for (uint32_t k = 0; k < count; k += kLanes) {
       const WideIntLanes slots = WideIntLanes::load(&from.slot[k]), child = WideIntLanes::load(&from.child[k]);
-      const WideLanes enter = WideLanes::load(&from.enter[k]), far = WideLanes::load(&from.far[k]),
-                      leave = min(WideLanes::load(&from.leave[k]), far);
+      const WideLanes enter = WideLanes::load(&from.enter[k]), far = WideLanes::load(&from.far[k]);
       const uint32_t used = count - k < kLanes ? (1U << (count - k)) - 1U : ~0U >> (32 - kLanes);
       const uint32_t alive = at_most(enter, far) & used, leaf = top_bits(child);
       const CompressWide to_nodes(alive & ~leaf), to_leaves(alive & leaf), to_done(used & ~alive);
       to_nodes(slots).store(&at_node_.slot[nodes]);
       to_nodes(child).store(&at_node_.child[nodes]);
-      to_nodes(enter).store(&at_node_.enter[nodes]);
-      to_nodes(leave).store(&at_node_.leave[nodes]);
       to_leaves(slots).store(&at_leaf_.slot[leaves]);
       to_leaves(child).store(&at_leaf_.child[leaves]);
       to_done(slots).store(&done_[done_count_]);
@@ -173,7 +168,10 @@ class Stream {
     }
   }
   void fetch_nodes(uint32_t first) {
-    for (uint32_t k = first; k < at_node_.count; ++k) prefetch(tree_.nodes.data() + at_node_.child[k]);
+    for (uint32_t k = first; k < at_node_.count; ++k) {
+      const auto* node = reinterpret_cast<const std::byte*>(tree_.boxes.nodes.data() + at_node_.child[k]);
+      for (size_t line = 0; line < sizeof(BoxNode) / 64; ++line) prefetch(node + 64 * line);
+    }
   }
   void fetch_leaves(uint32_t first) {
     for (uint32_t k = first; k < at_leaf_.count; ++k) {
@@ -186,36 +184,28 @@ class Stream {
   void descend() {
     Queue& queue = at_node_;
     const uint32_t count = queue.count;
-    std::array<uint8_t, kStreamSlots> signs;
     std::array<uint16_t, kStreamSlots> entered;
-    alignas(32) std::array<std::array<float, 8>, kStreamSlots> distances; // to the planes of the nodes
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
-      const WideNode& node = tree_.nodes[queue.child[k]];
-      const IntLanes8 axes = shift_by_lane(IntLanes8(std::bit_cast<uint32_t>(node.planes[kAxesLane])));
-      const Lanes8 reciprocal = permute(Lanes8::load_twice(s.at.reciprocal.data()), axes);
-      const Lanes8 origin = permute(Lanes8::load_twice(s.at.origin.data()), axes);
-      ((Lanes8::load(node.planes.data()) - origin) * reciprocal).store(distances[k].data());
-      signs[k] = static_cast<uint8_t>(sign_bits(reciprocal));
-    }
-    for (uint32_t k = 0; k < count; ++k) {
-      Slot& s = slot(queue.slot[k]);
-      const Lanes8 t = Lanes8::load(distances[k].data());
-      const IntLanes8 order = IntLanes8::from_bytes(kAny ? tables::kOrder[signs[k]] : tables::kNearFirst[signs[k]]);
-      const Lanes8 t1 = broadcast_lane<kRootLane>(t), t2 = permute(t, shift_right<6>(order)),
-                   t3 = permute(t, shift_right<3>(order));
-      // In the order of kNearFirst lanes 4 to 7 are on the far side of the root's plane, and so on.
-      constexpr int kFar1 = kAny ? 0x0f : 0xf0, kFar2 = kAny ? 0x33 : 0xcc, kFar3 = kAny ? 0x55 : 0xaa;
-      const Lanes8 enter = max_where<kFar3>(max_where<kFar2>(max_where<kFar1>(Lanes8(queue.enter[k]), t1), t2), t3);
-      const Lanes8 leave =
-          min_where<0xff - kFar3>(min_where<0xff - kFar2>(min_where<0xff - kFar1>(Lanes8(queue.leave[k]), t1), t2), t3);
-      const IntLanes8 children = permute(IntLanes8::load(tree_.nodes[queue.child[k]].child.data()), order);
+      const BoxNode& node = tree_.boxes.nodes[queue.child[k]];
+      Lanes8 enter(s.at.t_min), leave(s.at.t_far); // not beyond, or enter might exceed queue.far
+      for (size_t axis = 0; axis < 3; ++axis) {
+        const Lanes8 origin(s.at.origin[axis]), reciprocal(s.at.reciprocal[axis]);
+        const Lanes8 low = (Lanes8::load(node.low[axis].data()) - origin) * reciprocal,
+                     high = (Lanes8::load(node.high[axis].data()) - origin) * reciprocal;
+        enter = max(enter, min(low, high));
+        leave = min(leave, max(low, high));
+      }
+      const uint32_t signs = (sign_bits(Lanes8::load_twice(s.at.reciprocal.data())) ^ (kAny ? 7U : 0U)) & 7U;
+      const IntLanes8 order = shift_by_nibbles(IntLanes8(node.order[signs]));
+      const IntLanes8 children = permute(IntLanes8::load(node.child.data()), order);
+      enter = permute(enter, order);
+      leave = permute(leave, order);
       assert(s.at.top < s.stack.size());
       Frame& frame = s.stack[s.at.top];
       enter.store(frame.enter.data());
-      leave.store(frame.leave.data());
       children.store(frame.child.data());
-      const uint32_t all = at_most(enter, leave * Lanes8(kWiden)) & nonzero_bits(children);
+      const uint32_t all = at_most(enter, leave * Lanes8(kWiden));
       // For any hit, nodes come before leaves, in the lower bits: they are larger and hold more.
       const uint32_t later = kAny ? all & top_bits(children) : 0;
       entered[k] = static_cast<uint16_t>((all ^ later) | later << kWideLanes);
@@ -226,13 +216,12 @@ class Stream {
       Slot& s = slot(queue.slot[k]);
       const uint32_t top = s.at.top;
       const bool descends = entered[k] != 0;
-      const uint32_t rest = select_bits(descends, s.stack[top - 1].rest, entered[k]), left = rest & (rest - 1);
+      const uint32_t rest = select_bits(descends, s.rest[top - 1], entered[k]), left = rest & (rest - 1);
       const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-      Frame& frame = s.stack[top - 1 + static_cast<uint32_t>(descends)];
-      frame.rest = left;
-      queue.child[k] = frame.child[next];
-      queue.enter[k] = frame.enter[next];
-      queue.leave[k] = frame.leave[next];
+      const size_t at = top - 1 + static_cast<size_t>(descends);
+      s.rest[at] = static_cast<uint16_t>(left);
+      queue.child[k] = s.stack[at].child[next];
+      queue.enter[k] = s.stack[at].enter[next];
       queue.far[k] = s.at.t_far * kBeyond;
       s.at.top = static_cast<uint8_t>(top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0));
     }
@@ -276,15 +265,14 @@ class Stream {
       // next block is a further cell that is skipped only if the ray has ended.
       Slot& s = slot(queue.slot[k]);
       const bool continues = rest_of[k] != 0;
-      Frame& frame = s.stack[s.at.top - 1];
-      const uint32_t rest = frame.rest, left = rest & (rest - 1);
+      const Frame& frame = s.stack[s.at.top - 1];
+      const uint32_t rest = s.rest[s.at.top - 1], left = rest & (rest - 1);
       const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-      frame.rest = select_bits(continues, left, rest);
+      s.rest[s.at.top - 1] = static_cast<uint16_t>(select_bits(continues, left, rest));
       s.at.top =
           static_cast<uint8_t>(s.at.top - (static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!continues)));
       queue.child[k] = select_bits(continues, frame.child[next], rest_of[k]);
       queue.enter[k] = std::bit_cast<float>(select_bits(continues, std::bit_cast<uint32_t>(frame.enter[next]), 0));
-      queue.leave[k] = frame.leave[next];
       queue.far[k] = s.at.t_far * kBeyond;
     }
     const uint32_t old_nodes = at_node_.count;

@@ -32,15 +32,8 @@ struct alignas(16) StreamRay {
 static_assert(sizeof(StreamRay) == 48);
 static_assert(std::endian::native == std::endian::little); // PreparedRays::axes()
 
-struct alignas(64) PreparedRay {
-  StreamRay ray;
-  float enter, leave; // interval in the tree's box
-  std::array<float, 2> spare;
-};
-static_assert(sizeof(PreparedRay) == 64);
-
 struct PreparedRays {
-  std::array<PreparedRay, kRayLanes> rays;
+  std::array<StreamRay, kRayLanes> rays;
   uint32_t enter;    // bit i: ray i can hit something, enters the tree's box, and is not in `in_plane`
   uint32_t in_plane; // bit i: ray i enters likewise, but may_lie_in_plane()
 
@@ -50,7 +43,7 @@ struct PreparedRays {
     RayLanes lanes;
     lanes.load(count, [&](uint32_t i) -> const Ray& { return from[i]; });
     Lanes16 first = Lanes16::load(lanes.t_min), last = Lanes16::load(lanes.t_max);
-    const Lanes16 zero(0.0f), one(1.0f), near = first, far = last;
+    const Lanes16 one(1.0f), near = first, far = last;
     Lanes16 reciprocal[3];
     for (int k = 0; k < 3; ++k) { // as in clip_to_box()
       const Lanes16 origin = Lanes16::load(lanes.origin[k]), direction = Lanes16::load(lanes.direction[k]);
@@ -73,10 +66,9 @@ struct PreparedRays {
     const Lanes16 shear[3] = {rotate(y, z, x) / dz, rotate(z, x, y) / dz, one / dz};
     const Lanes16 origin[3] = {Lanes16::load(lanes.origin[0]), Lanes16::load(lanes.origin[1]),
                                Lanes16::load(lanes.origin[2])};
-    scatter(origin, near, offsetof(PreparedRay, ray.origin));
-    scatter(reciprocal, far, offsetof(PreparedRay, ray.reciprocal));
-    scatter(shear, rotate(yzx, zxy, xyz), offsetof(PreparedRay, ray.shear));
-    scatter({min(first, last), last, zero}, zero, offsetof(PreparedRay, enter));
+    scatter(origin, near, offsetof(StreamRay, origin));
+    scatter(reciprocal, far, offsetof(StreamRay, reciprocal));
+    scatter(shear, rotate(yzx, zxy, xyz), offsetof(StreamRay, shear));
   }
 
  private:

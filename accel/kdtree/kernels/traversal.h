@@ -1,4 +1,7 @@
-// Single-ray traversal of a tree of wide nodes.
+// Single-ray traversal of a tree, by the boxes of its nodes or by planes.
+//
+// Rays that are not steep walk static trees by boxes (box_walk.h); the others, and all rays through
+// deforming trees, by the planes of wide nodes.
 //
 // The near child of a node is found from the point where the ray enters it: comparing that point
 // with the seven planes gives seven bits, which a table maps to the lane. The intervals of all
@@ -21,8 +24,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/kernels/leaf_test.h"
-#include "accel/kdtree/kernels/simd.h"
+#include "accel/kdtree/kernels/box_walk.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
@@ -198,25 +200,6 @@ inline WideStep step_down_steep(const WideNode& node, Lanes8 planes, Lanes8 orig
   return {kEmptyChild, leave, reached & nonzero_bits(IntLanes8::load(frame.child.data()))};
 }
 
-// Prefetches the first line of a child, node or leaf, without a branch.
-inline void prefetch_child(const Tree& tree, ChildWord child) {
-  const auto node_at = reinterpret_cast<uintptr_t>(tree.nodes.data()) + size_t{child} * sizeof(WideNode);
-  const auto block_at = reinterpret_cast<uintptr_t>(tree.leaves.data()) + size_t{child & ~kLeafBit} * sizeof(LeafUnit);
-  prefetch(reinterpret_cast<const void*>(node_at ^ ((node_at ^ block_at) & (uintptr_t{0} - (child >> 31)))));
-}
-
-// A ray in the space of a tree, prepared to walk it.
-struct WalkingRay {
-  const Ray& ray; // satisfies can_hit()
-  Lanes8 reciprocal;
-  RayShear shear;
-  float t_min;
-};
-[[gnu::always_inline]] inline WalkingRay walking_ray(const Ray& ray, Float4 reciprocal, float t_min) {
-  alignas(16) const Float4 stored = reciprocal;
-  return {ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear_of(ray), t_min};
-}
-
 // Takes a ray through the cell `child` of a tree, with interval [enter, leave] there. Calls
 // test(leaf) for the leaves that it enters up to t_far, which the call may narrow, until it returns
 // true, which is then the result. kAny: the first hit ends the ray.
@@ -252,7 +235,8 @@ template <bool kAny, bool kSteepRay, class Motion, class Ends, class Test>
       // Prefetches the next cell, or an unneeded one if there is none. Any-hit rays often end
       // before they need it.
       if (!kAny)
-        prefetch_child(tree, stack.frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
+        prefetch_child(tree, tree.nodes,
+                       stack.frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
     if (child != kEmptyChild) {
       const LeafUnit* unit = tree.leaves.data() + (child & ~kLeafBit);
@@ -305,6 +289,24 @@ template <bool kAny, class Motion>
   return trace_in_cell<kAny, true>(tree, motion, Relative(), ray, tree.root, enter, leave, filter, t_far, best);
 }
 
+// Versions for whole trees and rays that are not steep.
+template <bool kAny>
+[[gnu::always_inline]] inline bool trace_whole(const Tree& tree, Static motion, const WalkingRay& ray,
+                                               Float4 /*reciprocal*/, float /*enter*/, float /*leave*/,
+                                               const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  const auto test = [&](const LeafUnit* unit) __attribute__((always_inline)) {
+    return intersect_leaf<kAny>(unit, motion, ray.shear, ray.t_min, filter, t_far, best);
+  };
+  return walk_boxes<kAny>(tree, ray, t_far, test);
+}
+template <bool kAny>
+[[gnu::always_inline]] inline bool trace_whole(const Tree& tree, Deforming motion, const WalkingRay& ray,
+                                               Float4 reciprocal, float enter, float leave,
+                                               const CandidateFilter& filter, float& t_far, TreeHit& best) {
+  return trace_in_cell<kAny, false>(tree, motion, ends_of(tree, motion, reciprocal), ray, tree.root, enter, leave,
+                                    filter, t_far, best);
+}
+
 // Traces a ray through a tree, with interval [enter, leave] in the tree's box; else as
 // trace_tree().
 template <bool kAny, class Motion>
@@ -314,8 +316,7 @@ template <bool kAny, class Motion>
   const WalkingRay walking = walking_ray(ray, reciprocal, t_min);
   const bool any = is_steep(ray.direction, motion)
                        ? trace_steep<kAny>(tree, motion, walking, enter, leave, filter, t_far, best)
-                       : trace_in_cell<kAny, false>(tree, motion, ends_of(tree, motion, reciprocal), walking, tree.root,
-                                                    enter, leave, filter, t_far, best);
+                       : trace_whole<kAny>(tree, motion, walking, reciprocal, enter, leave, filter, t_far, best);
   return any || (!kAny && best.is_hit());
 }
 

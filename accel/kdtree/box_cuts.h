@@ -1,0 +1,63 @@
+// Dynamic programming that decides which binary nodes become children of a box node.
+// As in "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs" (Ylitie, Karras,
+// Laine, HPG 2017), the choice minimizes the summed area of all box nodes, a measure of how many
+// are visited: with A(n) the area of the box of n, a subtree that has up to k lanes of a box node
+// costs c(n, 1) = A(n) + min over i of c(left, i) + c(right, 8 - i), if it is a node of its own,
+// and c(n, k) = min(c(n, 1), min over i of c(left, i) + c(right, k - i)); leaves cost nothing.
+// Nodes with one child pass on its costs, for boxes leave out empty space anyway.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/wide_node.h"
+
+#include <cassert>
+
+namespace kindling::accel::kd {
+
+// The number of lanes that the child below the plane has, and the cost of both.
+struct LaneShares {
+  uint32_t below = 1;
+  float cost = 0.0f;
+};
+
+// Divides 2 to 8 lanes among the children of a node, neither of which is empty.
+[[nodiscard]] inline LaneShares share_lanes(const BinaryNode& node, uint32_t lanes) {
+  assert(lanes >= 2 && lanes <= kWideLanes);
+  const BinaryNode &below = node.children[0], &above = node.children[1];
+  LaneShares best;
+  for (uint32_t i = 1; i < lanes; ++i) {
+    const float cost = below.box_cost[i - 1] + above.box_cost[lanes - i - 1];
+    if (i == 1 || cost < best.cost) best = {i, cost};
+  }
+  return best;
+}
+
+// Sets bounds and box_cost of an inner node whose children have theirs. `inverse_area`: the
+// reciprocal half area of the whole tree.
+inline void choose_boxes(BinaryNode& node, double inverse_area) {
+  assert(node.is_inner());
+  const BinaryNode &below = node.children[0], &above = node.children[1];
+  node.bounds = below.bounds;
+  node.bounds.extendBy(above.bounds);
+  if (below.is_empty() || above.is_empty()) {
+    node.box_cost = (below.is_empty() ? above : below).box_cost;
+    return;
+  }
+  const Imath::V3f size = node.bounds.max - node.bounds.min;
+  const double area = static_cast<double>(size.x) * size.y + static_cast<double>(size.y) * size.z +
+                      static_cast<double>(size.z) * size.x;
+  const float own = static_cast<float>(area * inverse_area) + share_lanes(node, kWideLanes).cost;
+  node.box_cost[0] = own;
+  for (uint32_t lanes = 2; lanes < kWideLanes; ++lanes)
+    node.box_cost[lanes - 1] = std::min(own, share_lanes(node, lanes).cost);
+}
+
+// Returns true if the children of an inner node take its place in the box node of its parent, where
+// it has 1 to 7 lanes.
+[[nodiscard]] inline bool is_opened(const BinaryNode& node, uint32_t lanes) {
+  assert(node.is_inner() && lanes >= 1 && lanes < kWideLanes);
+  return node.box_cost[lanes - 1] < node.box_cost[0];
+}
+
+} // namespace kindling::accel::kd

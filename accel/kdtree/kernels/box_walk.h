@@ -1,0 +1,85 @@
+// Single-ray traversal of a static tree by the boxes of its nodes.
+//
+// A ray visits the children whose boxes it enters in the order of their cells, which are disjoint,
+// so the first box that begins beyond a hit ends the search, as in the walk by planes (traversal.h,
+// whose rules for rounding apply). Boxes leave out the empty space that planes can only cut off one
+// by one: a ray visits a quarter fewer nodes, and never an empty cell. Not for rays that may lie in
+// a plane, whose order of cells is not that of their signs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/kdtree/kernels/walking_ray.h"
+
+namespace kindling::accel::kd::KINDLING_SIMD {
+
+// Calls test(leaf) for the leaves whose boxes the ray enters up to t_far, which the call may
+// narrow, until it returns true, which is then the result. kAny: the first hit ends the ray.
+template <bool kAny, class Test>
+[[gnu::always_inline]] inline bool walk_boxes(const Tree& tree, const WalkingRay& ray, const float& t_far,
+                                              const Test& test) {
+  // The children of a node in the order of the ray, and where it enters their boxes.
+  struct alignas(64) Frame {
+    std::array<float, kWideLanes> enter;
+    std::array<ChildWord, kWideLanes> child;
+  };
+  constexpr size_t kFrames = kMaxWideDepth + 1; // the lowest ends the ray
+  std::array<Frame, kFrames> frames;
+  std::array<uint32_t, kFrames> rests; // by frame; bit i: child i is still to be visited
+
+  std::array<Lanes8, 3> origin, reciprocal;
+  std::array<size_t, 3> near, far; // positions of the faces that the ray meets first and last, in floats
+  alignas(32) std::array<float, 8> reciprocals;
+  ray.reciprocal.store(reciprocals.data());
+  const uint32_t signs = sign_bits(ray.reciprocal) & 7U;
+  constexpr size_t kHigh = offsetof(BoxNode, high) / sizeof(float);
+  for (size_t k = 0; k < 3; ++k) {
+    origin[k] = Lanes8(ray.ray.origin[static_cast<int>(k)]);
+    reciprocal[k] = Lanes8(reciprocals[k]);
+    const bool down = ((signs >> k) & 1U) != 0;
+    near[k] = kWideLanes * k + (down ? kHigh : 0);
+    far[k] = kWideLanes * k + (down ? 0 : kHigh);
+  }
+  const Lanes8 t_min(ray.t_min);
+
+  size_t top = 0; // the current frame; its `rest` is held in a register
+  uint32_t rest = 1;
+  frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
+  frames[0].child[0] = kEmptyChild;
+  ChildWord child = tree.boxes.root;
+  while (true) {
+    while (static_cast<int32_t>(child) > 0) {
+      rests[top] = rest;
+      top += static_cast<size_t>(rest != 0);
+      assert(top < kFrames);
+      const BoxNode& node = tree.boxes.nodes[child];
+      const float* faces = node.low[0].data();
+      const auto distance = [&](size_t face, size_t k) __attribute__((always_inline)) {
+        return (Lanes8::load(faces + face) - origin[k]) * reciprocal[k];
+      };
+      const Lanes8 enter = max(max(t_min, distance(near[0], 0)), max(distance(near[1], 1), distance(near[2], 2)));
+      const Lanes8 leave = min(min(Lanes8(t_far), distance(far[0], 0)), min(distance(far[1], 1), distance(far[2], 2)));
+      const IntLanes8 order = shift_by_nibbles(IntLanes8(node.order[signs]));
+      const Lanes8 begin = permute(enter, order);
+      begin.store(frames[top].enter.data());
+      permute(IntLanes8::load(node.child.data()), order).store(frames[top].child.data());
+      rest = at_most(begin, permute(leave * Lanes8(kWiden), order));
+      child = kEmptyChild;
+      if (rest == 0) break;
+      child = frames[top].child[static_cast<size_t>(std::countr_zero(rest))];
+      rest &= rest - 1;
+      // Prefetches the next cell, or an unneeded one if there is none. Any-hit rays often end
+      // before they need it.
+      if (!kAny)
+        prefetch_child(tree, tree.boxes.nodes,
+                       frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
+    }
+    if (child != kEmptyChild && test(tree.leaves.data() + (child & ~kLeafBit))) return true;
+    if (rest == 0) rest = rests[--top];
+    const auto next = static_cast<size_t>(std::countr_zero(rest));
+    child = frames[top].child[next];
+    rest &= rest - 1;
+    if (!(frames[top].enter[next] <= t_far * kBeyond)) return false;
+  }
+}
+
+} // namespace kindling::accel::kd::KINDLING_SIMD

@@ -1,0 +1,204 @@
+// Tests of the nodes with the boxes of their children: contents, order, leaves.
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/box_cuts.h"
+#include "accel/kdtree/build.h"
+#include "accel/kdtree/layout.h"
+#include "tests/accel/accel_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace kindling::accel::kd {
+namespace {
+
+using accel::testing::Mesh;
+using accel::testing::Rng;
+using Imath::Box3f;
+using Imath::V3f;
+
+struct BuiltTree {
+  std::vector<Geometry> geometries;
+  Tree tree;
+
+  explicit BuiltTree(const Mesh& mesh) : geometries{{{mesh.positions, mesh.indices, true}, 0, 0, 0}} {
+    const BuildOptions options;
+    BuildMonitor monitor(options, mesh.indices.size() / 3);
+    tree = lay_out(build_binary_tree(config_for(Quality::balanced), geometries, monitor), geometries);
+  }
+};
+
+std::vector<Mesh> meshes() {
+  Rng rng(113);
+  return {testing::triangle_soup(rng, 500, 1.0f, 0.3f),
+          testing::sphere(14, 28, 1.0f, V3f(0)),
+          testing::gridded_box(5, V3f(-1), V3f(1)),
+          testing::terrain(20, 4.0f, 0.7f),
+          testing::slivers(rng, 300),
+          testing::coplanar_pile(rng, 100),
+          testing::duplicates(300)};
+}
+
+// Calls f(leaf, cell) for the leaves of the walk by planes.
+template <class F>
+void for_each_cell(const Tree& tree, ChildWord child, const Box3f& cell, const F& f) {
+  if (child == kEmptyChild) return;
+  if ((child & kLeafBit) != 0) return f(child, cell);
+  const WideNode& node = tree.nodes[child];
+  const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
+  for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+    if (node.child[lane] == kEmptyChild) continue;
+    Box3f part = cell;
+    uint32_t range = 0;
+    for (uint32_t level = 0; level < kWideLevels; ++level) {
+      const uint32_t at = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + range;
+      const uint32_t side = (lane >> (kWideLevels - 1 - level)) & 1;
+      if (!std::isinf(node.planes[at]))
+        (side == 0 ? part.max : part.min)[static_cast<int>((axes >> (2 * at)) & 3)] = node.planes[at];
+      range = 2 * range + side;
+    }
+    for_each_cell(tree, node.child[lane], part, f);
+  }
+}
+
+Box3f box_of(const BoxNode& node, uint32_t lane) {
+  return {{node.low[0][lane], node.low[1][lane], node.low[2][lane]},
+          {node.high[0][lane], node.high[1][lane], node.high[2][lane]}};
+}
+
+bool contains(const Box3f& box, const Box3f& other) { return box.intersects(other.min) && box.intersects(other.max); }
+
+// Calls f(leaf, box) for the leaves of the walk by boxes; checks that boxes contain those below.
+template <class F>
+void for_each_box(const Tree& tree, ChildWord child, const Box3f& box, const F& f) {
+  if ((child & kLeafBit) != 0) return f(child, box);
+  const BoxNode& node = tree.boxes.nodes[child];
+  for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+    if (node.child[lane] == kEmptyChild) continue;
+    ASSERT_TRUE(contains(box, box_of(node, lane)));
+    for_each_box(tree, node.child[lane], box_of(node, lane), f);
+  }
+}
+
+TEST(BoxLayout, BoxesHoldTheTrianglesOfTheirCells) {
+  Rng rng(127);
+  for (const Mesh& mesh : meshes()) {
+    const BuiltTree built(mesh);
+    const Tree& tree = built.tree;
+    std::map<ChildWord, Box3f> cells, boxes;
+    for_each_cell(tree, tree.root, tree.bounds, [&](ChildWord leaf, const Box3f& cell) { cells[leaf] = cell; });
+    for_each_box(tree, tree.boxes.root, tree.bounds, [&](ChildWord leaf, const Box3f& box) {
+      EXPECT_TRUE(boxes.emplace(leaf, box).second); // each leaf once
+    });
+    ASSERT_EQ(cells.size(), tree.leaf_count);
+    ASSERT_EQ(boxes.size(), tree.leaf_count);
+    size_t inside = 0;
+    for (const auto& [leaf, box] : boxes) {
+      ASSERT_TRUE(cells.contains(leaf));
+      const Box3f& cell = cells[leaf];
+      EXPECT_TRUE(contains(cell, box));
+      for (const LeafUnit* unit = tree.leaves.data() + (leaf & ~kLeafBit);;) {
+        const LeafBlock block(unit);
+        for (uint32_t i = 0; i < block.triangle_count(); ++i)
+          for (int sample = 0; sample < 50; ++sample) {
+            float u = testing::uniform(rng), v = testing::uniform(rng);
+            if (u + v > 1.0f) u = 1.0f - u, v = 1.0f - v;
+            const uint32_t triangle = block.primitive(i);
+            const V3f a = mesh.corner(triangle, 0), b = mesh.corner(triangle, 1), c = mesh.corner(triangle, 2);
+            const V3f point = a + (b - a) * u + (c - a) * v;
+            if (!cell.intersects(point)) continue;
+            ++inside;
+            ASSERT_TRUE(box.intersects(point)) << point << " of triangle " << triangle;
+          }
+        if (block.is_last()) break;
+        unit += block.unit_count();
+      }
+    }
+    EXPECT_GT(inside, mesh.indices.size());
+  }
+}
+
+// A box is met before another if a plane between them separates them in that order.
+bool is_before(const BoxNode& node, uint32_t first, uint32_t second, uint32_t signs) {
+  for (uint32_t k = 0; k < 3; ++k) {
+    const bool down = ((signs >> k) & 1U) != 0;
+    if (!down && node.high[k][first] <= node.low[k][second]) return true;
+    if (down && node.low[k][first] >= node.high[k][second]) return true;
+  }
+  return false;
+}
+
+TEST(BoxLayout, ChildrenAreInTheOrderOfEveryRay) {
+  size_t pairs = 0;
+  for (const Mesh& mesh : meshes()) {
+    const BuiltTree built(mesh);
+    for (size_t n = 1; n < built.tree.boxes.nodes.size(); ++n) {
+      const BoxNode& node = built.tree.boxes.nodes[n];
+      for (uint32_t signs = 0; signs < 8; ++signs) {
+        std::vector<uint32_t> order;
+        for (uint32_t i = 0; i < kWideLanes; ++i) order.push_back((node.order[signs] >> (4 * i)) & 15U);
+        EXPECT_EQ(std::set<uint32_t>(order.begin(), order.end()).size(), size_t{kWideLanes});
+        for (uint32_t i = 0; i < kWideLanes; ++i)
+          for (uint32_t j = i + 1; j < kWideLanes; ++j) {
+            ASSERT_LT(order[j], kWideLanes);
+            if (node.child[order[i]] == kEmptyChild || node.child[order[j]] == kEmptyChild) continue;
+            ++pairs;
+            EXPECT_TRUE(is_before(node, order[i], order[j], signs));
+          }
+      }
+    }
+  }
+  EXPECT_GT(pairs, 10000U);
+}
+
+TEST(BoxLayout, LanesWithoutChildAreNeverEntered) {
+  for (const Mesh& mesh : meshes()) {
+    const BuiltTree built(mesh);
+    for (size_t n = 1; n < built.tree.boxes.nodes.size(); ++n) {
+      const BoxNode& node = built.tree.boxes.nodes[n];
+      uint32_t children = 0;
+      for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
+        const bool used = node.child[lane] != kEmptyChild;
+        children += used ? 1 : 0;
+        for (uint32_t k = 0; k < 3; ++k) {
+          EXPECT_EQ(std::isnan(node.low[k][lane]), !used);
+          EXPECT_EQ(std::isnan(node.high[k][lane]), !used);
+        }
+      }
+      EXPECT_GE(children, 2U);
+    }
+  }
+}
+
+// Sets up a complete binary tree over boxes along x, and returns its leaves' number.
+uint32_t complete_tree(StackArena<BinaryNode>& arena, BinaryNode& node, uint32_t levels, float low, float high) {
+  node.bounds = Box3f(V3f(low, 0, 0), V3f(high, 1, 1));
+  if (levels == 0) {
+    node.count = 1;
+    return 1;
+  }
+  node.axis = 0;
+  node.position = 0.5f * (low + high);
+  node.children = arena.allocate(2);
+  node.children[0] = node.children[1] = BinaryNode();
+  const uint32_t leaves = complete_tree(arena, node.children[0], levels - 1, low, node.position) +
+                          complete_tree(arena, node.children[1], levels - 1, node.position, high);
+  choose_boxes(node, 1.0);
+  return leaves;
+}
+
+TEST(BoxLayout, FillsItsNodes) {
+  for (const uint32_t levels : {1U, 3U, 6U, 9U}) {
+    StackArena<BinaryNode> arena;
+    BinaryNode root;
+    const uint32_t leaves = complete_tree(arena, root, levels, 0.0f, 1024.0f);
+    const BoxTree tree = lay_out_boxes(root);
+    EXPECT_EQ(tree.nodes.size() - 1, (leaves - 1 + 6) / 7); // of eight children each
+  }
+}
+
+} // namespace
+} // namespace kindling::accel::kd
