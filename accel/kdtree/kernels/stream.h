@@ -32,7 +32,7 @@ inline constexpr size_t kBlockLines = 4;
 // take(ray, block, shear, t_min, t_far), which returns false to end the ray, and leave_aside(ray).
 struct BestHits {};
 
-// Takes about 240 KB, meant for the stack; nothing is initialized before its use.
+// Takes about 130 KB, meant for the stack; nothing is initialized before its use.
 template <bool kAny, class Hits = BestHits>
 class Stream {
   static constexpr bool kEvery = !std::is_same_v<Hits, BestHits>;
