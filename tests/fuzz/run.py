@@ -34,6 +34,7 @@ class Outcome:
         self.kind = kind
         self.executions = 0
         self.seconds = 0.0
+        self.processor_seconds = 0.0  # less than `seconds` where other programs use the machine
         self.covered = 0
         self.edges = 0
         self.inputs = 0
@@ -44,7 +45,7 @@ class Outcome:
         rate = f"{self.executions / self.seconds:.0f}" if self.seconds > 0 else "-"
         coverage = f"{self.covered} of {self.edges} ({100 * self.covered / self.edges:.0f} %)" if self.edges else "-"
         found = self.error or len(self.findings)
-        return f"| {self.kind} | {self.seconds:.0f} | {self.executions} | {rate} | {coverage} | {self.inputs} | {found} |"
+        return f"| {self.kind} | {self.seconds:.0f} | {self.processor_seconds:.0f} | {self.executions} | {rate} | {coverage} | {self.inputs} | {found} |"
 
 
 def read_log(outcome, log):
@@ -58,6 +59,23 @@ def read_log(outcome, log):
     outcome.covered = max([outcome.covered, *map(int, covered)])
     summary = re.findall(r"^(?:SUMMARY|finding): .*$|runtime error: .*$", log, re.MULTILINE)
     return summary[0] if summary else ""
+
+
+def run_process(command, environment, limit_s, folder):
+    """Runs a command. Returns its exit code (None if it was killed after `limit_s`), its messages and its processor time."""
+    with tempfile.TemporaryFile(dir=folder) as messages:
+        process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=messages)
+        end, killed, pid = time.monotonic() + limit_s, False, 0
+        while pid == 0:
+            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+            if pid == 0 and not killed and time.monotonic() > end:
+                killed = True
+                process.kill()
+            time.sleep(0 if pid else 0.05)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        messages.seek(0)
+        log = messages.read().decode(errors="replace")
+    return None if killed else process.returncode, log, usage.ru_utime + usage.ru_stime
 
 
 def run_harness(program, kind, corpus, seeds, findings, seconds, folder):
@@ -76,15 +94,13 @@ def run_harness(program, kind, corpus, seeds, findings, seconds, folder):
         command = [program, corpus, *([seeds] if seeds.is_dir() else []), *FLAGS, f"-max_total_time={left}", f"-artifact_prefix={prefix}",
                    f"-seed={int(time.time()) % 1000000 + 1}", *([f"-dict={dictionary}"] if dictionary.exists() else [])]
         start = time.monotonic()
-        try:
-            done = subprocess.run(list(map(str, command)), env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.PIPE, timeout=left + INPUT_SECONDS + START_SECONDS, check=False)
-            log, failed = done.stderr.decode(errors="replace"), done.returncode != 0
-        except subprocess.TimeoutExpired as late:
-            log, failed = (late.stderr or b"").decode(errors="replace") + "\nSUMMARY: the harness does not end\n", True
+        code, log, processor_seconds = run_process(list(map(str, command)), environment, left + INPUT_SECONDS + START_SECONDS, folder)
+        if code is None:
+            log += "\nSUMMARY: the harness does not end\n"
         outcome.seconds += time.monotonic() - start
+        outcome.processor_seconds += processor_seconds
         summary = read_log(outcome, log)
-        if not failed:
+        if code == 0:
             break
         if not summary and not list(findings.glob(prefix.name + "*")):
             outcome.error = (log.strip().splitlines() or ["it ended without a word"])[-1]
@@ -123,7 +139,7 @@ def main():
         with ThreadPoolExecutor(options.jobs) as pool:
             outcomes = list(pool.map(lambda kind: run_harness(built[kind].resolve(), kind, (corpus / kind).resolve(), seeds / kind,
                                                               findings.resolve(), options.seconds, folder), kinds))
-    print("\n| harness | seconds | executions | per second | edges covered | inputs kept | findings |\n|---|---|---|---|---|---|---|")
+    print("\n| harness | seconds | of a processor | executions | per second | edges covered | inputs kept | findings |\n|---|---|---|---|---|---|---|---|")
     for outcome in outcomes:
         print(outcome.row())
     for outcome in outcomes:

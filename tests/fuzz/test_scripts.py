@@ -45,8 +45,8 @@ class Logs(unittest.TestCase):
         outcome = run.Outcome("png")
         self.assertEqual(run.read_log(outcome, LOG), "")
         self.assertEqual((outcome.executions, outcome.covered, outcome.edges), (2500, 1000, 4000))
-        outcome.seconds = 5.0
-        self.assertEqual(outcome.row(), "| png | 5 | 2500 | 500 | 1000 of 4000 (25 %) | 0 | 0 |")
+        outcome.seconds, outcome.processor_seconds = 5.0, 2.0
+        self.assertEqual(outcome.row(), "| png | 5 | 2 | 2500 | 500 | 1000 of 4000 (25 %) | 0 | 0 |")
 
     def test_adds_runs_and_finds_the_summary(self):
         outcome = run.Outcome("png")
@@ -71,7 +71,7 @@ class Runs(unittest.TestCase):
             out = io.StringIO()
             with mock.patch.object(sys, "argv", ["run.py", name, "--seconds", "5"]), contextlib.redirect_stdout(out):
                 self.assertEqual(run.main(), 1)
-            self.assertRegex(out.getvalue(), r"\| ies \| \d+ \| 12 \| .* \| 1 \| 1 \|")
+            self.assertRegex(out.getvalue(), r"\| ies \| \d+ \| \d+ \| 12 \| .* \| 1 \| 1 \|")
             self.assertIn("FINDING ies: SUMMARY: AddressSanitizer: SEGV", out.getvalue())
             self.assertTrue((build / "findings/ies-0-crash-1").exists())
             self.assertTrue((build / "findings/ies-0-log.txt").exists())
@@ -84,6 +84,17 @@ class Runs(unittest.TestCase):
             harness.chmod(0o755)
             outcome = run.run_harness(harness, "ies", folder / "corpus", folder / "none", folder, 5, folder)
             self.assertEqual((outcome.error, outcome.findings), ("cannot start", []))
+
+
+    def test_processor_time_is_counted_and_a_process_that_does_not_end_is_killed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            busy = "import time\nwhile time.process_time() < 0.3: pass\nraise SystemExit(7)"
+            code, log, seconds = run.run_process([sys.executable, "-c", busy], None, 60, folder)
+            self.assertEqual((code, log), (7, ""))
+            self.assertGreaterEqual(seconds, 0.3)
+            code, log, seconds = run.run_process(["sh", "-c", "echo begun >&2; exec sleep 60"], None, 1, folder)
+            self.assertEqual((code, log), (None, "begun\n"))
+            self.assertLess(seconds, 0.5)
 
 
 class Seeds(unittest.TestCase):
