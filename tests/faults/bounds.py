@@ -49,7 +49,7 @@ def measure_scene(program, scene, path, options, rows):
             if row["seconds"] > 3.0 * delay:
                 row["ends"][phase] = time_to_end(program, path, accelerator, phase, delay, options)
         rows.append(row)
-        signals = ", ".join(f"{phase} {end[0]:.2f} s ({end[1]})" for phase, end in row["ends"].items() if end)
+        signals = ", ".join(f"{phase} {end[0]:.2f} s, {end[2]:.2f} s of a processor ({end[1]})" for phase, end in row["ends"].items() if end)
         print(f"{row['scene']:30} {accelerator:7} estimated {size(row['estimated']) if row['estimated'] else '-':>10}  took {size(row['took']):>10}  "
               f"{row['seconds']:6.1f} s  build {build if build is None else round(build, 2)} s  {row['end']}  SIGTERM: {signals}", flush=True)
 

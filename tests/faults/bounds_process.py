@@ -1,6 +1,7 @@
 """Processes whose memory and time are watched: of bounds.py."""
 # SPDX-License-Identifier: Apache-2.0
 import json
+import os
 import re
 import signal
 import subprocess
@@ -32,6 +33,11 @@ class Process:
         """Returns False once the process has ended."""
         if self.process.poll() is not None:
             return False
+        self.watch()
+        return True
+
+    def watch(self):
+        """Kills the process if it is beyond a limit."""
         try:
             status = Path(f"/proc/{self.process.pid}/status").read_text()
             self.peak = max(self.peak, *(int(value) * 1024 for value in re.findall(r"VmHWM:\s*(\d+)", status)), 0)
@@ -41,11 +47,22 @@ class Process:
             self.kill(f"killed at {size(self.limit_bytes)}")
         elif time.monotonic() - self.started > self.limit_s:
             self.kill(f"killed after {self.limit_s:.0f} s")
-        return True
 
     def kill(self, reason):
         self.killed = self.killed or reason
         self.process.kill()
+
+    def processor_seconds(self):
+        """Processor time of all threads so far; also after has_ended(), until poll()."""
+        try:
+            fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        except (OSError, ProcessLookupError):
+            return 0.0
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def has_ended(self):
+        """True once the process has ended, without forgetting its processor time."""
+        return self.process.returncode is not None or os.waitid(os.P_PID, self.process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
     def finish(self):
         while self.poll():
@@ -71,11 +88,15 @@ def render(program, path, accelerator, options, spp="1"):
 
 
 def end_by_signal(run):
-    """Sends SIGTERM. Returns the seconds to the end, and how the process ended."""
-    sent = time.monotonic()
+    """Sends SIGTERM. Returns the seconds to the end, how the process ended, and the seconds of a processor that it took to end."""
+    sent, before = time.monotonic(), run.processor_seconds()
     run.process.send_signal(signal.SIGTERM)
+    while not run.has_ended():
+        run.watch()
+        time.sleep(0.005)
+    seconds, after = time.monotonic() - sent, run.processor_seconds()
     run.finish()
-    return time.monotonic() - sent, run.killed or f"exit code {run.process.returncode}"
+    return seconds, run.killed or f"exit code {run.process.returncode}", after - before
 
 
 def time_to_end(program, path, accelerator, phase, delay, options):
