@@ -26,10 +26,10 @@ void for_pixels(size_t count, const Body& body) {
 
 float luminance_of(const float* rgb) { return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2]; }
 
-void count_luminances(const LinearFrame& frame, DisplayedFrame& result) {
+void count_luminances(const std::vector<float>& rgba, DisplayedFrame& result) {
   constexpr float kBinsPerStop = kHistogramBins / (kHistogramMaxStops - kHistogramMinStops);
-  for (size_t i = 0; i + 3 < frame.rgba.size(); i += 4) {
-    const float value = luminance_of(&frame.rgba[i]);
+  for (size_t i = 0; i + 3 < rgba.size(); i += 4) {
+    const float value = luminance_of(&rgba[i]);
     const float stops = value > 0.0f ? std::log2(value) : kHistogramMinStops;
     const float bin = std::clamp((stops - kHistogramMinStops) * kBinsPerStop, 0.0f, kHistogramBins - 1.0f);
     ++result.histogram[static_cast<size_t>(bin)];
@@ -196,21 +196,21 @@ Result<void> FrameDisplay::choose(const std::string& view, double exposure_stops
 Result<DisplayedFrame> FrameDisplay::display(const LinearFrame& frame, const ViewState& state,
                                              const Denoiser* denoiser) const {
   DisplayedFrame result;
-  count_luminances(frame, result);
-  std::vector<float> rgb;
-  if (!frame.shown.empty()) {
-    rgb = display_of_aov(frame, state, *transform_, result.range);
-  } else if (state.false_color) {
-    rgb = false_colors(luminances(frame.rgba, 4), result.range);
-  } else if (denoiser && state.denoise && !frame.albedo.empty()) {
+  if (denoiser && state.denoise && frame.shown.empty() && !frame.albedo.empty()) {
     Result<std::vector<float>> denoised =
         denoiser->denoise({frame.size_px, frame.rgba, frame.albedo, frame.normal}, Denoising::fast, {});
     if (!denoised.ok()) return denoised.error();
     result.denoised = std::move(denoised).value();
-    rgb = through_view(result.denoised, *transform_);
-  } else {
-    rgb = through_view(frame.rgba, *transform_);
   }
+  const std::vector<float>& pixels = result.denoised.empty() ? frame.rgba : result.denoised;
+  count_luminances(pixels, result);
+  std::vector<float> rgb;
+  if (!frame.shown.empty())
+    rgb = display_of_aov(frame, state, *transform_, result.range);
+  else if (state.false_color)
+    rgb = false_colors(luminances(pixels, 4), result.range);
+  else
+    rgb = through_view(pixels, *transform_);
   Result<std::string> jpeg = encode_jpeg(rgb, frame.size_px, frame.moving ? kMovingQuality : kStaticQuality);
   if (!jpeg.ok()) return jpeg.error();
   result.jpeg = std::move(jpeg).value();

@@ -41,11 +41,11 @@ inline constexpr float kHistogramMinStops = -10.0f, kHistogramMaxStops = 6.0f; /
 
 struct DisplayedFrame {
   std::string jpeg;
-  // Number of pixels by the binary logarithm of their luminance, before exposure and view. The
-  // first and last bin have those beyond.
+  // Number of pixels by the binary logarithm of their luminance, denoised if that is displayed,
+  // before exposure and view. The first and last bin have those beyond.
   std::array<uint32_t, kHistogramBins> histogram{};
   std::array<float, 2> range{}; // of the values that false colors show
-  std::vector<float> denoised;  // RGBA as LinearFrame::rgba, if that is displayed
+  std::vector<float> denoised;  // RGBA as LinearFrame::rgba, if the display is made of it; else empty
 };
 
 // Display of frames in one view and exposure.

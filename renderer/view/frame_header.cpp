@@ -134,7 +134,8 @@ std::string describe_scene(const Renderer& renderer, const std::string& file_nam
                   {"histogram", {kHistogramMinStops, kHistogramMaxStops}}});
 }
 
-std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const PickedSurface* picked) {
+std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const std::optional<Rgb>& denoised,
+                           const PickedSurface* picked) {
   const size_t index =
       static_cast<size_t>(pixel.y) * static_cast<size_t>(frame.size_px.x) + static_cast<size_t>(pixel.x);
   const float* rgba = &frame.rgba[index * 4];
@@ -142,6 +143,7 @@ std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const Pic
               {"size", {frame.size_px.x, frame.size_px.y}},
               {"rgb", {rgba[0], rgba[1], rgba[2]}},
               {"alpha", rgba[3]}};
+  if (denoised) result["denoised"] = {denoised->x, denoised->y, denoised->z};
   if (!frame.shown.empty()) {
     const AovInfo& info = aov_info(frame.state.shown);
     const auto channels = static_cast<size_t>(info.channels);

@@ -46,8 +46,10 @@ struct HeaderFacts {
 [[nodiscard]] std::string describe_scene(const Renderer& renderer, const std::string& file_name,
                                          const std::vector<std::string>& views);
 
-// Returns the values of a pixel and its surface. `picked` may be null.
-[[nodiscard]] std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const PickedSurface* picked);
+// Returns the values of a pixel and its surface. `denoised`: its color, if a denoised image is
+// displayed. `picked` may be null.
+[[nodiscard]] std::string describe_pixel(const LinearFrame& frame, const V2i& pixel, const std::optional<Rgb>& denoised,
+                                         const PickedSurface* picked);
 
 // Returns a replayed path: its vertices with the ways to them.
 [[nodiscard]] std::string describe_path(const ReplayedPath& path);

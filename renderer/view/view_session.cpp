@@ -102,20 +102,27 @@ std::string ViewSession::description() const {
 }
 
 std::string ViewSession::describe_pixel(const V2f& position) const {
+  const auto at = [](float fraction, int size) {
+    return std::clamp(static_cast<int>(fraction * static_cast<float>(size)), 0, size - 1);
+  };
   LinearFramePointer frame;
+  V2i pixel;
+  std::optional<Rgb> denoised;
   {
     const std::lock_guard lock(mutex_);
+    if (!shown_) return "null";
     frame = shown_;
+    pixel = V2i(at(position.x, frame->size_px.x), at(position.y, frame->size_px.y));
+    if (const std::vector<float>& rgba = displayed_->denoised; !rgba.empty()) {
+      const size_t first =
+          4 * (static_cast<size_t>(pixel.y) * static_cast<size_t>(frame->size_px.x) + static_cast<size_t>(pixel.x));
+      denoised = Rgb(rgba[first], rgba[first + 1], rgba[first + 2]);
+    }
   }
-  if (!frame) return "null";
   std::optional<PickedSurface> picked;
   if (const std::shared_lock using_renderer(renderer_mutex_, std::try_to_lock); using_renderer.owns_lock())
     picked = renderer_->pick(position);
-  const auto pixel = [](float fraction, int size) {
-    return std::clamp(static_cast<int>(fraction * static_cast<float>(size)), 0, size - 1);
-  };
-  return kindling::describe_pixel(*frame, V2i(pixel(position.x, frame->size_px.x), pixel(position.y, frame->size_px.y)),
-                                  picked ? &*picked : nullptr);
+  return kindling::describe_pixel(*frame, pixel, denoised, picked ? &*picked : nullptr);
 }
 
 Result<std::string> ViewSession::describe_path(const V2f& position, uint32_t sample) const {

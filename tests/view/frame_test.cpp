@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numeric>
 
@@ -54,6 +55,43 @@ TEST(Frame, HistogramCountsEveryPixelByStops) {
   EXPECT_EQ(bin_of(0.0f), 0);
   EXPECT_EQ(bin_of(1e30f), 63);
   EXPECT_EQ(bin_of(-1.0f), 0);
+}
+
+TEST(Frame, FalseColorsAndHistogramShowTheDenoisedImage) {
+  ASSERT_EQ(setenv("KINDLING_OIDN", KINDLING_FAKE_OIDN, 1), 0);
+  const Result<Denoiser> denoiser = Denoiser::open(1);
+  unsetenv("KINDLING_OIDN");
+  ASSERT_TRUE(denoiser.ok()) << denoiser.error().message;
+  const FrameDisplay display = standard_display();
+  LinearFrame frame = gray_frame(1.0f);
+  frame.albedo.assign(32 * 3, 0.0f);
+  frame.normal.assign(32 * 3, 0.0f);
+  for (const bool false_color : {false, true}) {
+    const auto shown = [&](bool denoise) {
+      return display.display(frame, {.false_color = false_color, .denoise = denoise}, &denoiser.value()).value();
+    };
+    const DisplayedFrame noisy = shown(false), denoised = shown(true); // the stand-in halves colors
+    EXPECT_TRUE(noisy.denoised.empty());
+    ASSERT_EQ(denoised.denoised.size(), frame.rgba.size());
+    EXPECT_EQ(denoised.denoised[0], 0.5f);
+    EXPECT_EQ(noisy.histogram[40], 32U) << "luminance 1";
+    EXPECT_EQ(denoised.histogram[36], 32U) << "luminance 1/2";
+    EXPECT_EQ(noisy.range[0], false_color ? 1.0f : 0.0f);
+    EXPECT_EQ(denoised.range[0], false_color ? 0.5f : 0.0f);
+  }
+  frame.state.shown = Aov::albedo; // that is not denoised
+  frame.shown = frame.albedo;
+  EXPECT_TRUE(display.display(frame, {.denoise = true}, &denoiser.value()).value().denoised.empty());
+}
+
+TEST(Frame, PixelsHaveTheirDenoisedColorToo) {
+  const LinearFrame frame = gray_frame(0.5f);
+  const auto noisy = nlohmann::json::parse(describe_pixel(frame, V2i(1, 2), std::nullopt, nullptr));
+  EXPECT_EQ(noisy["rgb"][0], 0.5);
+  EXPECT_FALSE(noisy.contains("denoised"));
+  const auto both = nlohmann::json::parse(describe_pixel(frame, V2i(1, 2), Rgb(0.25f, 1, 2), nullptr));
+  EXPECT_EQ(both["rgb"][0], 0.5);
+  EXPECT_EQ(both["denoised"], nlohmann::json({0.25, 1.0, 2.0}));
 }
 
 TEST(Frame, EncodesAllKindsOfImages) {

@@ -155,6 +155,7 @@ export class Panel {
   pixel(values, full) {
     if (!values) return;
     const rows = [["pixel", `${values.pixel[0]}, ${values.pixel[1]}`], ["radiance", list(values.rgb), values.rgb]];
+    if (values.denoised) rows.push(["denoised", list(values.denoised), values.denoised]);
     if (values.alpha < 1) rows.push(["alpha", number(values.alpha)]);
     if (values.shown) rows.push([values.shown.name, list(values.shown.values)]);
     if (full) {
