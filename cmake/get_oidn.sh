@@ -42,9 +42,14 @@ for library in libOpenImageDenoise.so.2 libOpenImageDenoise_core.so.2.5.1 libOpe
   install -m 0644 "$work/wheel/pyoidn/oidn/lib/$library" "$work/oidn/lib/" || fail "the wheel lacks $library"
 done
 cat >"$work/oidn/NOTICE" <<'NOTICE'
-Intel Open Image Denoise 2.5.1. Copyright Intel Corporation. Licensed under the Apache License, Version 2.0,
-http://www.apache.org/licenses/LICENSE-2.0. The libraries are those of the Python package pyoidn 2.5.1.0, unchanged.
+Intel Open Image Denoise 2.5.1. Copyright Intel Corporation. Licensed under the Apache License, Version 2.0
+(LICENSE, or http://www.apache.org/licenses/LICENSE-2.0). The libraries are those of the Python package pyoidn 2.5.1.0,
+unchanged, whose own license is LICENSE.pyoidn.
 NOTICE
+install -m 0644 "$work"/wheel/pyoidn-*.dist-info/licenses/LICENSE "$work/oidn/LICENSE.pyoidn" || fail "the wheel lacks its license"
+for text in "$(dirname "${BASH_SOURCE[0]}")/../LICENSE" /usr/share/common-licenses/Apache-2.0; do
+  [ ! -f "$text" ] || { install -m 0644 "$text" "$work/oidn/LICENSE" && break; }
+done
 [ ! -e "$folder" ] || mv "$folder" "$work/before"
 mv "$work/oidn" "$folder"
 say "Installed Open Image Denoise into $folder"
