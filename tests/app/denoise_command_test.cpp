@@ -7,7 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -113,6 +116,87 @@ TEST_F(DenoiseCommand, FinishedImagesAreRefused) {
   const ProgramResult plain = run_program({"denoise", "plain.exr", "-o", "a.exr"}, folder_);
   EXPECT_EQ(plain.exit_code, 0);
   EXPECT_NE(plain.err.find("has no albedo"), std::string::npos) << plain.err;
+}
+
+// Frames of a slow turn, noisy, and a converged one.
+class DenoiseFrames : public DenoiseCommand {
+ protected:
+  void SetUp() override {
+    DenoiseCommand::SetUp();
+    const auto turn = [&](const std::string& spp, const std::string& frames, const std::string& name) {
+      expect_done({"render", KINDLING_SCENES "/cornell_box.glb", "--size", "40x36", "--spp", spp, "--exr-float",
+                   "--turntable", "120", "--frames", frames, "--aov", "denoising_albedo,denoising_normal,vector", "-o",
+                   name});
+    };
+    turn("2", "0-3", "noisy_##.exr");
+    turn("256", "1", "wanted_##.exr");
+    expect_done({"denoise", "wanted_01.exr", "-o", "wanted.exr", "--exr-float"});
+  }
+  [[nodiscard]] static Words frames(const std::string& numbers, const std::string& neighbors,
+                                    const std::string& output) {
+    return {"denoise", "noisy_##.exr", "--frames", numbers, "--neighbors", neighbors, "-o", output, "--exr-float"};
+  }
+  // The squared difference from the converged image, without that of lamps.
+  [[nodiscard]] double error(const std::string& name) const {
+    const Result<ExrImage> image = read_exr(folder_ / name), wanted = read_exr(folder_ / "wanted.exr");
+    EXPECT_TRUE(image.ok() && wanted.ok()) << name;
+    double sum = 0.0;
+    for (size_t l = 0; l < image.value().layers.size(); ++l) {
+      const ExrLayer& layer = image.value().layers[l];
+      if (layer.channel_names.front() != "R" && layer.channel_names.front() != "G") continue;
+      for (size_t i = 0; i < layer.values.size(); ++i)
+        sum += std::pow(std::min(layer.values[i], 0.5f) - std::min(wanted.value().layers[l].values[i], 0.5f), 2);
+    }
+    return sum;
+  }
+};
+
+TEST_F(DenoiseFrames, BlendedFramesHaveLessNoise) {
+  expect_done(frames("0-3", "0", "alone_##.exr"));
+  expect_done(frames("0-3", "1", "blended_##.exr"));
+  expect_done({"denoise", "noisy_01.exr", "-o", "single.exr", "--exr-float"});
+  EXPECT_EQ(pixels("alone_01.exr"), pixels("single.exr"));
+  EXPECT_LT(error("blended_01.exr"), 0.8 * error("alone_01.exr"));
+  EXPECT_GT(error("alone_01.exr"), 0.0);
+  // Neighbors are files, whatever frames are asked for; so any division gives the same images.
+  expect_done(frames("1", "1", "part_##.exr"));
+  EXPECT_EQ(pixels("part_01.exr"), pixels("blended_01.exr"));
+  EXPECT_NE(read_file("part_01.exr").find("noisy.R"), std::string::npos);
+  // From files that are denoised already: their noisy layers.
+  expect_done({"denoise", "blended_##.exr", "--frames", "1", "--neighbors", "1", "-o", "again_##.exr", "--exr-float"});
+  EXPECT_EQ(pixels("again_01.exr"), pixels("blended_01.exr"));
+}
+
+TEST_F(DenoiseFrames, AFrameWithoutNeighborsIsDenoisedAlone) {
+  std::filesystem::remove(folder_ / "noisy_01.exr"); // a gap: frame 0 has no other neighbor then
+  expect_done(frames("0,2", "2", "a_##.exr"));
+  expect_done({"denoise", "noisy_00.exr", "-o", "single.exr", "--exr-float"});
+  EXPECT_EQ(pixels("a_00.exr"), pixels("single.exr"));
+  EXPECT_TRUE(exists("a_02.exr"));
+}
+
+TEST_F(DenoiseFrames, RefusalsNameTheReason) {
+  const auto refused = [&](const Words& words, int code, const std::string& why) {
+    const ProgramResult result = run_program(words, folder_);
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_NE(result.err.find(why), std::string::npos) << result.err;
+  };
+  refused({"denoise", "noisy_01.exr", "--neighbors", "1", "-o", "a.exr"}, 2,
+          "--neighbors: has no meaning without --frames");
+  refused({"denoise", "noisy_01.exr", "--frames", "1", "-o", "a_#.exr"}, 2,
+          "FILE: noisy_01.exr: all frames would have this name");
+  refused({"denoise", "noisy_##.exr", "--frames", "1", "-o", "a.exr"}, 2,
+          "--output: a.exr: all frames would have this name");
+  refused({"denoise", "noisy_##.kacc", "--frames", "1", "-o", "a_#.exr"}, 2, "blending needs motion vectors");
+  refused({"denoise", "noisy_##.exr", "--frames", "1", "-o", "a_#.png", "--exposure", "auto"}, 2,
+          "would differ from frame to frame");
+  refused(frames("1", "9", "a_#.exr"), 2, "--neighbors");
+  refused(frames("0-3", "1", "noisy_##.exr"), 2, "it would be overwritten");
+  refused(frames("7", "1", "a_#.exr"), 4, "noisy_07.exr");
+  expect_done(render({"-o", "noisy_02.exr"}));
+  refused(frames("2", "1", "a_#.exr"), 2, "noisy_02.exr: has no motion vectors");
+  refused(frames("1", "1", "a_#.exr"), 2, "noisy_02.exr: it has no motion vectors");
+  expect_done(frames("2", "0", "a_#.exr"));
 }
 
 // The stand-in waits in its filter for a signal.

@@ -24,19 +24,20 @@ struct NamedLayer {
   std::string name; // the last part, in lower case; empty for R, G, B
   std::map<std::string, size_t> channels;
 
-  [[nodiscard]] std::optional<ThreeChannels> three(const std::array<const char*, 3>& components) const {
-    ThreeChannels found{};
-    for (size_t i = 0; i < 3; ++i) {
+  template <size_t kCount>
+  [[nodiscard]] std::optional<std::array<size_t, kCount>> all(const std::array<const char*, kCount>& components) const {
+    std::array<size_t, kCount> found{};
+    for (size_t i = 0; i < kCount; ++i) {
       const auto channel = channels.find(components[i]);
       if (channel == channels.end()) return std::nullopt;
       found[i] = channel->second;
     }
     return found;
   }
-  [[nodiscard]] std::optional<ThreeChannels> rgb() const { return three({"r", "g", "b"}); }
+  [[nodiscard]] std::optional<ThreeChannels> rgb() const { return all<3>({"r", "g", "b"}); }
   [[nodiscard]] std::optional<ThreeChannels> rgb_or_xyz() const {
     const std::optional<ThreeChannels> colors = rgb();
-    return colors ? colors : three({"x", "y", "z"});
+    return colors ? colors : all<3>({"x", "y", "z"});
   }
 };
 
@@ -70,6 +71,21 @@ std::optional<ThreeChannels> find_named(const std::map<std::string, NamedLayer>&
   return std::nullopt;
 }
 
+// The layers of motion, which have no other name in any program.
+void find_motion_layers(const std::map<std::string, NamedLayer>& layers, DenoisableLayers& found) {
+  const NamedLayer* forward = nullptr;
+  const NamedLayer* backward = nullptr;
+  for (const auto& [whole, layer] : layers) {
+    if (layer.name == "vector" && !found.vector) found.vector = layer.all<4>({"x", "y", "z", "w"});
+    if (layer.name == "forward") forward = &layer;
+    if (layer.name == "backward") backward = &layer;
+    if (layer.name == "kindling" && layer.channels.contains("samples")) found.samples = layer.channels.at("samples");
+  }
+  if (forward == nullptr || backward == nullptr) return;
+  const auto next = forward->all<2>({"u", "v"}), previous = backward->all<2>({"u", "v"});
+  if (next && previous) found.forward_backward = {(*next)[0], (*next)[1], (*previous)[0], (*previous)[1]};
+}
+
 } // namespace
 
 Result<DenoisableLayers> find_layers(const ExrImage& image) {
@@ -90,6 +106,7 @@ Result<DenoisableLayers> find_layers(const ExrImage& image) {
   if (const auto noisy = layers.find("noisy"); noisy != layers.end()) found.noisy = noisy->second.rgb();
   found.albedo = find_named(layers, kAlbedos);
   found.normal = find_named(layers, kNormals);
+  find_motion_layers(layers, found);
   return found;
 }
 
@@ -99,6 +116,22 @@ std::vector<float> interleave(const ExrImage& image, const ThreeChannels& channe
   for (size_t c = 0; c < 3; ++c)
     for (size_t i = 0; i < count; ++i) values[3 * i + c] = image.layers[channels[c]].values[i];
   return values;
+}
+
+std::vector<float> find_motion(const ExrImage& image, const DenoisableLayers& layers) {
+  if (!layers.vector && !layers.forward_backward) return {};
+  const std::array<size_t, 4>& of = layers.vector ? *layers.vector : *layers.forward_backward;
+  const size_t count = image.layers[of[0]].values.size();
+  std::vector<float> motion(4 * count);
+  for (size_t i = 0; i < count; ++i)
+    for (size_t c = 0; c < 4; ++c) {
+      const float value = image.layers[of[c]].values[i];
+      if (layers.vector)
+        motion[4 * i + c] = value;
+      else
+        motion[4 * i + (c + 2) % 4] = c < 2 ? -value : value; // forward is the way to the next frame
+    }
+  return motion;
 }
 
 } // namespace kindling::app

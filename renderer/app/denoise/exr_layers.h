@@ -21,6 +21,9 @@ struct DenoisableLayers {
   std::optional<size_t> alpha;         // of the color
   std::optional<ThreeChannels> albedo; // 0 to 1
   std::optional<ThreeChannels> normal; // -1 to 1
+  // Vector.X to Vector.W, or of Nuke: forward.u, forward.v, backward.u, backward.v.
+  std::optional<std::array<size_t, 4>> vector, forward_backward;
+  std::optional<size_t> samples; // kindling.samples
 };
 
 // Finds layers by their last name, in any case, as Kindling, Blender, pbrt and Mitsuba write them:
@@ -30,5 +33,8 @@ struct DenoisableLayers {
 
 // Returns the values of these channels, interleaved.
 [[nodiscard]] std::vector<float> interleave(const ExrImage& image, const ThreeChannels& channels);
+
+// Returns motion vectors as NoisyFrame has them; empty without such layers.
+[[nodiscard]] std::vector<float> find_motion(const ExrImage& image, const DenoisableLayers& layers);
 
 } // namespace kindling::app

@@ -68,18 +68,6 @@ Result<FrameRange> parse_range(std::string_view text) {
   return range;
 }
 
-Result<void> check_pattern(const char* flag, const std::filesystem::path& name) {
-  const int groups = count_frame_groups(name);
-  if (groups == 1) return {};
-  if (groups > 1)
-    return usage_error(fmt::format(
-        "{}: {}: more than one group of #; use one for the frame number, such as frame_####.png", flag, name.string()));
-  return usage_error(
-      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, such as "
-                  "frame_####.png",
-                  flag, name.string()));
-}
-
 // Numbers the frames of a turntable.
 Result<void> check_turntable(const FlagSet& flags, RenderOptions& o) {
   if (!flags.given("--turntable")) {
@@ -112,6 +100,18 @@ void set_frame_step(RenderOptions& o) {
 }
 
 } // namespace
+
+Result<void> check_frame_name(std::string_view flag, const std::filesystem::path& name) {
+  const int groups = count_frame_groups(name);
+  if (groups == 1) return {};
+  if (groups > 1)
+    return usage_error(fmt::format(
+        "{}: {}: more than one group of #; use one for the frame number, such as frame_####.png", flag, name.string()));
+  return usage_error(
+      fmt::format("{}: {}: all frames would have this name; put #### where the frame number belongs, such as "
+                  "frame_####.png",
+                  flag, name.string()));
+}
 
 Result<std::vector<int>> parse_frames(std::string_view text) {
   const Result<std::vector<std::string>> ranges = parse_list(text);
@@ -174,11 +174,11 @@ Result<void> check_frame_flags(const FlagSet& flags, RenderOptions& o) {
   for (const std::filesystem::path& output : o.outputs)
     if (is_video(output))
       continue;
-    else if (Result<void> checked = check_pattern("--output", output); !checked.ok())
+    else if (Result<void> checked = check_frame_name("--output", output); !checked.ok())
       return checked;
   if (o.checkpoint.enabled())
-    if (Result<void> checked = check_pattern("--checkpoint", o.checkpoint.file); !checked.ok()) return checked;
-  if (count_frame_groups(o.stats_file) > 1) return check_pattern("--stats", o.stats_file);
+    if (Result<void> checked = check_frame_name("--checkpoint", o.checkpoint.file); !checked.ok()) return checked;
+  if (count_frame_groups(o.stats_file) > 1) return check_frame_name("--stats", o.stats_file);
   return {};
 }
 

@@ -121,10 +121,14 @@ struct MergeOptions {
 };
 
 // Options of `kindling denoise`.
+inline constexpr int kMaxNeighbors = 8;
+
 struct DenoiseOptions {
   DenoiseOptions() { image.denoising = Denoising::best; }
 
-  std::filesystem::path file; // .exr or .kacc
+  std::filesystem::path file; // .exr or .kacc; with frames the name has ####
+  std::vector<int> frames;    // numbers; empty: one image, with a literal name
+  int neighbors = 2;          // frames before and after each one that are blended with it
   RenderOptions image;        // uses its outputs, their formats and view, --denoise, --threads, --quiet and --verbose
 };
 
