@@ -197,6 +197,9 @@ TEST_F(DenoiseFrames, RefusalsNameTheReason) {
   refused(frames("2", "1", "a_#.exr"), 2, "noisy_02.exr: has no motion vectors");
   refused(frames("1", "1", "a_#.exr"), 2, "noisy_02.exr: it has no motion vectors");
   expect_done(frames("2", "0", "a_#.exr"));
+  expect_done({"render", "scene.gltf", "--size", "40x36", "--crop", "0,0,40,32", "--spp", "1", "--aov", "vector", "-o",
+               "noisy_02.exr"});
+  refused(frames("1", "1", "a_#.exr"), 2, "noisy_02.exr: it has other pixels");
 }
 
 // The stand-in waits in its filter for a signal.

@@ -159,9 +159,11 @@ class DenoiseCommand {
         const Result<std::shared_ptr<const DenoisableImage>> read = frame(file);
         if (!read.ok()) return read.error();
         const DenoisableImage& other = *read.value();
-        if (other.size_px() != center->size_px() || other.motion.empty())
+        const bool same_place =
+            other.size_px() == center->size_px() && other.image.data_min_px == center->image.data_min_px;
+        if (!same_place || other.motion.empty())
           return usage_error(fmt::format("{}: cannot be blended with {}: {}", job.file.string(), file.string(),
-                                         other.motion.empty() ? "it has no motion vectors" : "it has another size"));
+                                         other.motion.empty() ? "it has no motion vectors" : "it has other pixels"));
         used[file] = read.value();
         frames.insert(step < 0 ? frames.begin() : frames.end(), other.as_frame());
         before += step < 0 ? 1 : 0;
