@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/denoise/blend_frames.h"
 
+#include "renderer/base/elementary.h"
+
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace kindling {
 
@@ -179,7 +181,7 @@ class Blend {
       const float exponent =
           squared_difference(center_.albedo, i, other.albedo, there) / (kAlbedoWidth * kAlbedoWidth) +
           squared_difference(center_.normal, i, other.normal, there) / (kNormalWidth * kNormalWidth) + alpha * alpha;
-      const float share = std::exp(-0.5f * exponent);
+      const float share = elementary::exp(-0.5f * exponent);
       if (!(share > 0.0f)) continue;
       shares_[i] = share;
       const double d = difference(other, i, there);
