@@ -51,6 +51,10 @@ def film(roughness, ior, nm, coat=None, anisotropy=0.0):
     return roughness, extensions
 
 
+def sheen(sheen_roughness, roughness=1.0):
+    return roughness, {"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": sheen_roughness}}
+
+
 def cases():
     """name: (roughness, extensions)"""
     result = {}
@@ -70,6 +74,9 @@ def cases():
             result[f"film of {ior:g} and 400 nm, roughness 0.3, coat of roughness {coat:g}"] = film(0.3, ior, 400.0, coat)
     result["film of 1.8 and 400 nm, roughness 0.3, anisotropy 1"] = film(0.3, 1.8, 400.0, None, 1.0)
     result["film of 1.8 and 400 nm on glass, roughness 0.2"] = glass(0.2, ior=1.8, nm=400.0)
+    for roughness in (0.1, 0.3, 0.5, 1.0):
+        result[f"sheen of roughness {roughness:g}"] = sheen(roughness)
+    result["sheen of roughness 0.5, roughness 0.2"] = sheen(0.5, 0.2)
     return result
 
 

@@ -63,7 +63,7 @@ LayeredBsdf::LayeredBsdf(const BsdfParameters& parameters, const LayerParameters
     : LayeredBsdf(Checked{}, in_range(parameters), in_range(layers), lifted_above_horizon(wo)) {}
 
 LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters& layers, const V3f& wo)
-    : base_(p, layers, wo) {
+    : base_(p, layers, wo), thin_walled_(layers.thin_walled) {
   // From the outside in: the reflection of each layer and its transmittance.
   float coat_albedo = 0.0f;
   if (layers.clearcoat > 0.0f) {
@@ -72,26 +72,29 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
     coat_albedo = coat_weight_ * coat_->albedo();
     coat_transmittance_ = std::max(1.0f - coat_albedo, 0.0f);
   }
-  base_weight_ = coat_transmittance_;
+  base_weight_ = cosine_weight_ = glossy_weight_ = coat_transmittance_;
   Rgb sheen_albedo(0.0f);
-  const float max_sheen = max_component(layers.sheen_color);
-  if (max_sheen > 0.0f) {
+  max_sheen_ = max_component(layers.sheen_color);
+  if (max_sheen_ > 0.0f) {
     sheen_.emplace(layers.sheen_roughness, wo);
     sheen_weight_ = layers.sheen_color * coat_transmittance_;
     sheen_albedo = sheen_weight_ * sheen_->albedo();
-    base_weight_ *= std::max(1.0f - max_sheen * sheen_->albedo(), 0.0f);
+    base_weight_ *= std::max(1.0f - max_sheen_ * sheen_->albedo(), 0.0f);
+    cosine_weight_ *= std::max(1.0f - max_sheen_ * sheen_->greater_albedo(), 0.0f);
+    // Mirrors keep the cosine; wide lobes are about as wide as the cosine lobe.
+    glossy_weight_ = lerp(base_weight_, cosine_weight_, std::min(3.0f * square(p.roughness), 1.0f));
   }
   Rgb glass(0.0f);
-  const float transmissive = (1.0f - p.metallic) * layers.transmission;
-  if (transmissive > 0.0f) {
+  transmissive_ = (1.0f - p.metallic) * layers.transmission;
+  if (transmissive_ > 0.0f) {
     glass_.emplace(glass_of(p, layers), wo);
-    glass_weight_ = transmissive * base_weight_;
-    glass = (glass_->reflected_albedo() + glass_->transmitted_albedo()) * glass_weight_;
-    straight_transmittance_ = glass_->straight_transmittance() * glass_weight_;
+    const float through = thin_walled_ ? glossy_weight_ : base_weight_;
+    glass = (glass_->reflected_albedo() * glossy_weight_ + glass_->transmitted_albedo() * through) * transmissive_;
+    straight_transmittance_ = glass_->straight_transmittance() * glass_weight();
   }
-  const Rgb below = base_.transmitted_albedo() * base_weight_;
-  const Rgb glossy = base_.glossy_albedo() * base_weight_;
-  const Rgb cosine = base_.cosine_albedo() * base_weight_;
+  const Rgb below = base_.transmitted_albedo() * (thin_walled_ ? cosine_weight_ : base_weight_);
+  const Rgb glossy = base_.glossy_albedo() * glossy_weight_;
+  const Rgb cosine = base_.cosine_albedo() * cosine_weight_;
   albedo_ = saturate(Rgb(coat_albedo) + sheen_albedo + glass + below + glossy + cosine);
 
   // Lobes are selected by luminance.
@@ -111,11 +114,18 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   for (int i = kCosine; i >= 0 && (i == kCosine || weights[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
 }
 
+float LayeredBsdf::base_weight(const V3f& wi) const {
+  if (!sheen_ || (wi.z < 0.0f && !thin_walled_)) return base_weight_;
+  const float from_light = 1.0f - max_sheen_ * sheen_->albedo(std::abs(wi.z));
+  return std::min(base_weight_, coat_transmittance_ * std::max(from_light, 0.0f));
+}
+
 BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
   const BaseLobes::Eval base = base_.eval(wi);
-  if (wi.z < 0.0f) return {base.value * base_weight_, choice_probability(kBelow) * -wi.z * kInvPi};
+  const Rgb below_layers = base.value * base_weight(wi);
+  if (wi.z < 0.0f) return {below_layers, choice_probability(kBelow) * -wi.z * kInvPi};
 
-  BsdfEval result{base.value * base_weight_,
+  BsdfEval result{below_layers,
                   choice_probability(kGlossy) * base.glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi};
   if (sheen_) {
     const SheenLobe::Eval sheen = sheen_->eval(wi);
@@ -135,7 +145,7 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
   BsdfEval result = eval_opaque(wi);
   if (glass_) {
     const BsdfEval glass = glass_->eval(wi);
-    result.value += glass.value * glass_weight_;
+    result.value += glass.value * (transmissive_ * base_weight(wi));
     result.pdf += choice_probability(kGlass) * glass.pdf;
   }
   return result;
@@ -143,14 +153,16 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
 
 Rgb LayeredBsdf::diffuse_value(const V3f& wi) const {
   if (!(wi.z > 0.0f)) return Rgb(0.0f);
-  const Rgb base = base_.diffuse_value(wi) * base_weight_;
+  const Rgb base = base_.diffuse_value(wi) * base_weight(wi);
   return sheen_ ? base + sheen_weight_ * sheen_->eval(wi).value : base;
 }
 
 LobeAlbedos LayeredBsdf::lobe_albedos() const {
-  Rgb diffuse = base_.diffuse_albedo() * base_weight_, transmission = base_.transmitted_albedo() * base_weight_;
+  Rgb diffuse = base_.diffuse_albedo() * cosine_weight_;
   if (sheen_) diffuse += sheen_weight_ * sheen_->albedo();
-  if (glass_) transmission += glass_->transmitted_albedo() * glass_weight_;
+  Rgb transmission = base_.transmitted_albedo() * (thin_walled_ ? cosine_weight_ : base_weight_);
+  if (glass_)
+    transmission += glass_->transmitted_albedo() * (transmissive_ * (thin_walled_ ? glossy_weight_ : base_weight_));
   return {saturate(diffuse), saturate(albedo_ - diffuse - transmission), saturate(transmission)};
 }
 
@@ -178,12 +190,12 @@ std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) 
   std::optional<BsdfSample> s = glass_->sample(u_lobe, u);
   if (!s) return std::nullopt;
   if (s->pdf == 0.0f) {
-    s->weight *= glass_weight_ / probability;
+    s->weight *= glass_weight() / probability; // the cosine of a mirrored direction is wo's
     return s;
   }
   const BsdfEval rest = eval_opaque(s->wi);
   const float pdf = probability * s->pdf + rest.pdf;
-  s->weight = (s->weight * (s->pdf * glass_weight_) + rest.value) * (1.0f / pdf);
+  s->weight = (s->weight * (s->pdf * transmissive_ * base_weight(s->wi)) + rest.value) * (1.0f / pdf);
   s->pdf = pdf;
   return s;
 }

@@ -17,14 +17,16 @@ namespace kindling {
 // reached by transmission. Values outside of the ranges are clamped, NaN to 0 (or to the default,
 // where 0 is not valid).
 //
-//   f = coat + (1 - clearcoat E_coat(o)) (sheen + (1 - max(sheen_color) E_sheen(o)) base)
+//   f = coat + (1 - clearcoat E_coat(o)) (sheen + T base)
+//   T = 1 - max(sheen_color) max(E_sheen(o), E_sheen(i))
 //   base = metallic metal
 //          + (1 - metallic) ((1 - transmission) opaque dielectric + transmission glass)
 //
-// Layers attenuate those below by their albedo as seen from wo (OpenPBR 1.1, "Layering";
-// KHR_materials_sheen, "Albedo-scaling technique"): albedos add up to 1 and are known exactly, but
-// the layers below are not reciprocal. Each lobe by itself is reciprocal, and so is the whole
-// without clearcoat and sheen.
+// The sheen attenuates what is below by its greater albedo of both directions
+// (KHR_materials_sheen, "Albedo-scaling technique"), which keeps the base reciprocal. Beyond a
+// surface that bounds a volume there is no sheen: light into it is attenuated by E_sheen(o) alone.
+// The coat attenuates by its albedo as seen from wo (OpenPBR 1.1, "Layering"): albedos add up to 1
+// and are known exactly, but the layers below it are not reciprocal.
 class LayeredBsdf {
  public:
   LayeredBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
@@ -65,14 +67,16 @@ class LayeredBsdf {
   // `max_alpha` have.
   [[nodiscard]] float smooth_share(float max_alpha) const;
   // Returns the single-scattering albedo of the glossy base, seen from wo.
-  [[nodiscard]] Rgb glossy_albedo() const { return base_.glossy_albedo() * base_weight_; }
+  [[nodiscard]] Rgb glossy_albedo() const { return base_.glossy_albedo() * glossy_weight_; }
   [[nodiscard]] const std::optional<DielectricLobe>& glass() const { return glass_; }
-  [[nodiscard]] float glass_weight() const { return glass_weight_; } // of glass() in f
+  [[nodiscard]] float glass_weight() const { return transmissive_ * base_weight_; } // of glass() in f, at most
 
  private:
   struct Checked {}; // tag: parameters are in their ranges
   LayeredBsdf(Checked, const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
 
+  // Returns the transmittance of all layers above the base, from wo to wi.
+  [[nodiscard]] float base_weight(const V3f& wi) const;
   // Everything except the glass.
   [[nodiscard]] BsdfEval eval_opaque(const V3f& wi) const;
   [[nodiscard]] std::optional<BsdfSample> sample_glass(float u_lobe, const V2f& u) const;
@@ -84,8 +88,12 @@ class LayeredBsdf {
   float coat_weight_ = 0.0f;
   Rgb sheen_weight_{0.0f};          // color times the transmittance of the coat
   float coat_transmittance_ = 1.0f; // towards the sheen
-  float base_weight_ = 1.0f;        // transmittance of all layers
-  float glass_weight_ = 0.0f;       // base_weight_ times the transmissive fraction of the base
+  float max_sheen_ = 0.0f;          // the brightest channel of the sheen's color
+  float base_weight_ = 1.0f;        // transmittance of all layers from wo; base_weight() is at most that
+  float glossy_weight_ = 1.0f;      // mean of base_weight() over the glossy base, estimated
+  float cosine_weight_ = 1.0f;      // mean of base_weight() over the cosine lobe
+  float transmissive_ = 0.0f;       // fraction of the base
+  bool thin_walled_ = true;
   float choice_end_[kChoices] = {}; // cumulative probabilities
   Rgb albedo_{0.0f};
   Rgb straight_transmittance_{0.0f};

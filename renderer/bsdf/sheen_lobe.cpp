@@ -21,6 +21,13 @@ Column column_of(float mu) {
   return {index, x - static_cast<float>(index)};
 }
 
+// Interpolates between two rows, the first of which is `row`.
+float at_column(const SheenNode* row, const Column& column, float fraction, float SheenNode::*member) {
+  const SheenNode* n = row + column.index;
+  const SheenNode* m = n + kSheenMuNodes;
+  return lerp(lerp(n[0].*member, n[1].*member, column.s), lerp(m[0].*member, m[1].*member, column.s), fraction);
+}
+
 } // namespace
 
 SheenLobe::SheenLobe(float roughness, const V3f& wo, const SheenNode* table)
@@ -44,16 +51,13 @@ SheenLobe::SheenLobe(float roughness, const V3f& wo, const SheenNode* table)
   fraction_ = y - static_cast<float>(row);
 
   const Column column = column_of(wo.z);
-  const SheenNode* n = row_ + column.index;
-  const SheenNode* m = n + kSheenMuNodes;
-  const auto interpolated = [&](float SheenNode::*member) {
-    return lerp(lerp(n[0].*member, n[1].*member, column.s), lerp(m[0].*member, m[1].*member, column.s), fraction_);
-  };
-  albedo_ = interpolated(&SheenNode::albedo);
-  if (gain_) raw_o_ = std::max(1.0f, interpolated(&SheenNode::raw));
-  stretch_x_ = interpolated(&SheenNode::stretch_x);
-  stretch_y_ = interpolated(&SheenNode::stretch_y);
-  shear_ = interpolated(&SheenNode::shear);
+  const auto seen = [&](float SheenNode::*member) { return at_column(row_, column, fraction_, member); };
+  albedo_ = seen(&SheenNode::albedo);
+  greater_ = seen(&SheenNode::greater);
+  if (gain_) raw_o_ = std::max(1.0f, seen(&SheenNode::raw));
+  stretch_x_ = seen(&SheenNode::stretch_x);
+  stretch_y_ = seen(&SheenNode::stretch_y);
+  shear_ = seen(&SheenNode::shear);
   pdf_norm_ = stretch_x_ * stretch_y_ * kInvPi;
 
   const float length = std::sqrt(wo.x * wo.x + wo.y * wo.y);
@@ -68,11 +72,8 @@ float SheenLobe::shadowing(float mu) const {
   return fast_exp2(low ? l : twice_half_ - l);
 }
 
-float SheenLobe::raw_albedo(float mu) const {
-  const Column column = column_of(mu);
-  const SheenNode* n = row_ + column.index;
-  const SheenNode* m = n + kSheenMuNodes;
-  return lerp(lerp(n[0].raw, n[1].raw, column.s), lerp(m[0].raw, m[1].raw, column.s), fraction_);
+float SheenLobe::interpolated(float SheenNode::*member, float mu) const {
+  return at_column(row_, column_of(mu), fraction_, member);
 }
 
 float SheenLobe::raw_value(const V3f& wi) const {
@@ -91,7 +92,7 @@ float SheenLobe::pdf(const V3f& wi) const {
 
 SheenLobe::Eval SheenLobe::eval(const V3f& wi) const {
   float value = raw_value(wi);
-  if (gain_) value /= std::max(raw_o_, raw_albedo(wi.z));
+  if (gain_) value /= std::max(raw_o_, interpolated(&SheenNode::raw, wi.z));
   return {value, pdf(wi)};
 }
 

@@ -17,8 +17,9 @@ inline constexpr uint32_t kSheenRoughnessNodes = 32;
 
 // One node of the tables over (mu, roughness).
 struct SheenNode {
-  float albedo; // E: directional albedo of the lobe of color 1
-  float raw;    // E before the gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
+  float albedo;  // E: directional albedo of the lobe of color 1
+  float raw;     // E before the gain is divided out: above 1 near the horizon for roughness below kSheenGainRoughness
+  float greater; // cosine-weighted mean over wi of max(E(mu), E(mu_i))
   // Inverse of the linear transform that maps the cosine lobe to an approximation of the sheen, for
   // sampling: x' = stretch_x x - shear z, y' = stretch_y y.
   float stretch_x, stretch_y, shear;
@@ -52,8 +53,13 @@ class SheenLobe {
   // cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for sheen) fitted for
   // minimum variance.
   [[nodiscard]] V3f sample(const V2f& u) const;
-  // Returns the directional albedo of color 1 from wo, in [0, 1].
+  // Returns E, the directional albedo of color 1 from wo, in [0, 1].
   [[nodiscard]] float albedo() const { return albedo_; }
+  // Returns E from a direction of cosine mu in [0, 1].
+  [[nodiscard]] float albedo(float mu) const { return interpolated(&SheenNode::albedo, mu); }
+  // Returns the mean of max(E(o), E(i)) over cosine-distributed wi: the fraction of light that the
+  // sheen takes from a Lambertian base.
+  [[nodiscard]] float greater_albedo() const { return greater_; }
 
   // Returns f mu_o mu_i of the specification, before the division by a gain; for the generator and
   // the tests.
@@ -61,7 +67,7 @@ class SheenLobe {
 
  private:
   [[nodiscard]] float shadowing(float mu) const; // Lambda
-  [[nodiscard]] float raw_albedo(float mu) const;
+  [[nodiscard]] float interpolated(float SheenNode::*member, float mu) const;
   [[nodiscard]] float pdf(const V3f& wi) const;
 
   V3f wo_;
@@ -75,6 +81,7 @@ class SheenLobe {
   bool gain_;
   float raw_o_ = 1.0f; // max(1, raw albedo from wo) where it may exceed 1
   float albedo_ = 0.0f;
+  float greater_ = 0.0f;
   float cos_azimuth_, sin_azimuth_; // of wo
   float stretch_x_, stretch_y_, shear_, pdf_norm_;
 };

@@ -163,7 +163,7 @@ struct Bounds {
   double below = 2e-3;
   double albedo = 2e-3;
 };
-Bounds bounds_of(const LayeredMaterial& m) {
+Bounds bounds_of(const LayeredMaterial& m, float mu) {
   Bounds b;
   const LayerParameters& l = m.layers;
   const auto add = [&](double above, double below, double albedo) {
@@ -173,7 +173,13 @@ Bounds bounds_of(const LayeredMaterial& m) {
   };
   // A tilted coat sends light below the horizon of the base, where it is lost.
   if (l.clearcoat > 0.0f && l.clearcoat_normal.z < 1.0f) add(0.0, 1.0, 1.0);
-  if (max_component(l.sheen_color) > 0.0f) add(5e-3, 5e-3, 5e-3);
+  if (max_component(l.sheen_color) > 0.0f) {
+    // The sheen takes from light that grazes more than it reflects towards wo; how much of a rough
+    // lobe grazes is estimated.
+    const SheenLobe sheen(std::max(l.sheen_roughness, kMinSheenRoughness), view(mu, 0.0f));
+    const auto lost = static_cast<double>(max_component(l.sheen_color) * (sheen.greater_albedo() - sheen.albedo()));
+    add(5e-3, 2.5e-2 + 1.5 * lost, 2.5e-2 + 0.3 * lost);
+  }
   if (l.anisotropy > 0.0f) add(1.2e-2, 1.2e-2, 1.2e-2);
   const auto film = static_cast<double>(l.iridescence);
   add(2e-2 * film, 3e-2 * film, 6e-2 * film);
@@ -195,7 +201,7 @@ TEST(LayeredBsdfStatistical, WhiteFurnaceOfRandomMaterials) {
     const float mu = 0.01f + 0.99f * random.next_1d();
     const LayeredBsdf bsdf(m.base, m.layers, view(mu, random.next_1d()));
     const MeanWeight mean = mean_weight(bsdf, 2000 + i, 10000);
-    const Bounds bounds = bounds_of(m);
+    const Bounds bounds = bounds_of(m, mu);
     const double value = static_cast<double>(max_component(mean.value + bsdf.straight_transmittance()));
     const double error = 4.5 * static_cast<double>(max_component(mean.error));
     EXPECT_LT(value, 1.0 + bounds.above + error) << i << describe(m, mu);
@@ -211,7 +217,7 @@ TEST(LayeredBsdfStatistical, AlbedoMatchesSampling) {
     const float mu = 0.01f + 0.99f * random.next_1d();
     const LayeredBsdf bsdf(m.base, m.layers, view(mu, random.next_1d()));
     const MeanWeight mean = mean_weight(bsdf, 4000 + i, 10000);
-    const Bounds bounds = bounds_of(m);
+    const Bounds bounds = bounds_of(m, mu);
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(static_cast<double>(mean.value[c]), static_cast<double>(bsdf.albedo()[c]),
                   bounds.albedo + 4.7 * static_cast<double>(mean.error[c]))

@@ -76,6 +76,24 @@ TEST(SheenLobe, AlbedoTableMatchesQuadrature) {
   }
 }
 
+// The mean that a Lambertian base loses, by a quadrature over the same albedos.
+TEST(SheenLobe, GreaterAlbedoIsMeanOverDirections) {
+  for (const float roughness : {kMinSheenRoughness, 0.12f, 0.31f, 0.5f, 0.777f, 1.0f}) {
+    for (const float mu : {0.004f, 0.07f, 0.21f, 0.5f, 0.77f, 1.0f}) {
+      const SheenLobe lobe(roughness, view(mu, 0.0f));
+      EXPECT_EQ(lobe.albedo(mu), lobe.albedo());
+      constexpr int kSteps = 20000;
+      double sum = 0.0;
+      for (int i = 0; i < kSteps; ++i) {
+        const float mu_i = (static_cast<float>(i) + 0.5f) / kSteps;
+        sum += static_cast<double>(2.0f * mu_i * std::max(lobe.albedo(mu_i), lobe.albedo())) / kSteps;
+      }
+      EXPECT_NEAR(static_cast<double>(lobe.greater_albedo()), sum, 2e-3) << roughness << " " << mu;
+      EXPECT_GE(lobe.greater_albedo(), lobe.albedo() - 1e-6f);
+    }
+  }
+}
+
 TEST(SheenLobe, ConservesEnergy) {
   for (int r = 0; r <= 100; ++r) {
     const float roughness = lerp(kMinSheenRoughness, 1.0f, static_cast<float>(r) / 100.0f);
