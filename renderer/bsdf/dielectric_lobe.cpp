@@ -37,7 +37,6 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
       eta_(valid_eta(parameters.eta, parameters.thin_walled)), thin_walled_(parameters.thin_walled),
       fresnel_(eta_, saturate(parameters.specular), bounded_color(parameters.specular_color)),
       tint_(saturate(parameters.tint)) {
-  tint_luminance_ = luminance(tint_);
   if (parameters.iridescence > 0.0f && parameters.film_thickness_nm > 0.0f) {
     iridescence_ = saturate(parameters.iridescence);
     film_ior_ = parameters.film_ior;
@@ -68,9 +67,9 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
 // Sets the scale to a total albedo of 1, from the channel that reflects most, and the estimates.
 void DielectricLobe::set_albedos() {
   if (smooth_ || !transmits_) {
-    reflected_ = saturate(fresnel(wo_.z, refracted_cosine(wo_.z, eta_)));
-    const Rgb through = tint_ * (1.0f - max_component(reflected_));
-    (transmits_ ? transmitted_ : straight_) = through;
+    const Split here = split(wo_.z, refracted_cosine(wo_.z, eta_));
+    reflected_ = saturate(here.reflected);
+    (transmits_ ? transmitted_ : straight_) = here.transmitted;
     return;
   }
   const float alpha = 0.5f * (alpha_x_ + alpha_y_);
@@ -78,12 +77,16 @@ void DielectricLobe::set_albedos() {
     set_albedos_from_tables(alpha);
   else
     set_anisotropic_albedos();
+  transmitted_ = tint_ * (1.0f - max_component(reflected_));
   if (iridescence_ > 0.0f) { // at one angle, unless all is reflected there
     const float cos_o = mean_cosine(alpha);
     const float cos_t = refracted_cosine(cos_o, eta_);
-    if (cos_t > 0.0f) reflected_ = saturate(fresnel(cos_o, cos_t));
+    if (cos_t > 0.0f) {
+      const Split mean = split(cos_o, cos_t);
+      reflected_ = saturate(mean.reflected);
+      transmitted_ = mean.transmitted;
+    }
   }
-  transmitted_ = tint_ * (1.0f - max_component(reflected_));
 }
 
 void DielectricLobe::set_albedos_from_tables(float alpha) {
@@ -96,11 +99,13 @@ void DielectricLobe::set_albedos_from_tables(float alpha) {
   if (thin_walled_) {
     const float e = alpha_x_ == alpha_y_ ? GgxAlbedoTable(std::max(roughness, kMinRoughness), alpha)(wo_.z).e
                                          : AnisotropicAlbedoTable(alpha_x_, alpha_y_)(wo_).e;
-    scale_ = 1.0f / std::max(e, 0.05f);
-    plain = std::min(plain * albedo.e * scale_, 1.0f);
+    const float scale = 1.0f / std::max(e, 0.05f);
+    scale_ = Rgb(scale);
+    plain = std::min(plain * albedo.e * scale, 1.0f);
   } else {
-    const LinearFresnel f = brightest_fresnel(alpha);
-    scale_ = 1.0f / std::max(albedo.e + f.a * albedo.p + (f.b - 1.0f) * albedo.q, 0.02f);
+    const LinearFresnel f = linear_fresnel(alpha);
+    for (int c = 0; c < 3; ++c)
+      scale_[c] = 1.0f / std::max(albedo.e + f.a[c] * albedo.p + (f.b[c] - 1.0f) * albedo.q, 0.02f);
     if (eta_ < 1.0f) total = std::max(2.0f * plain - 1.0f, 0.0f);
   }
   reflected_ = saturate((offset * (1.0f - total) + slope * (plain - total)) + Rgb(total));
@@ -109,25 +114,35 @@ void DielectricLobe::set_albedos_from_tables(float alpha) {
 // The tables are isotropic; anisotropic facets are integrated.
 void DielectricLobe::set_anisotropic_albedos() {
   const InterfaceIntegrals seen = anisotropic_interface(wo_, alpha_x_, alpha_y_, eta_);
-  const LinearFresnel f = brightest_fresnel(0.5f * (alpha_x_ + alpha_y_));
-  scale_ = 1.0f / std::max(seen.albedo(f.a, f.b), 0.02f);
+  const LinearFresnel f = linear_fresnel(0.5f * (alpha_x_ + alpha_y_));
+  for (int c = 0; c < 3; ++c) scale_[c] = 1.0f / std::max(seen.albedo(f.a[c], f.b[c]), 0.02f);
   reflected_ =
       saturate((fresnel_.offset() * seen.reflected + fresnel_.slope() * seen.reflected_f + Rgb(seen.total)) * scale_);
 }
 
-// Returns a + b F, the Fresnel term of the channel that reflects most; at grazing angles all
-// channels are equal. A film's is fitted at grazing angles and at the mean cosine.
-DielectricLobe::LinearFresnel DielectricLobe::brightest_fresnel(float alpha) const {
+// Returns a + b F, the Fresnel term with which reflected and transmitted light add up to 1: of the
+// channel that reflects most, in all channels, or the film's in each channel: 1 where light
+// grazes, and else with the least squared error over the facets that lean towards wo and away from
+// it, which lose most to one side.
+DielectricLobe::LinearFresnel DielectricLobe::linear_fresnel(float alpha) const {
   const float a = max_component(fresnel_.offset());
   const float grazing = max_component(fresnel_.slope() + fresnel_.offset());
-  if (iridescence_ == 0.0f) return {a, grazing - a};
-  const float cos_o = mean_cosine(alpha);
-  const float cos_t = refracted_cosine(cos_o, eta_);
-  const float plain = cos_t > 0.0f ? dielectric_fresnel(cos_o, cos_t, eta_) : 1.0f;
-  if (plain > 0.99f) return {a, grazing - a};
-  const float film_grazing = lerp(grazing, 1.0f, iridescence_);
-  const float b = (film_grazing - max_component(fresnel(cos_o, cos_t))) / (1.0f - plain);
-  return {film_grazing - b, b};
+  const LinearFresnel brightest{Rgb(a), Rgb(grazing - a)};
+  if (iridescence_ == 0.0f) return brightest;
+  const SeenCosines seen = seen_cosines(wo_.z, alpha);
+  Rgb products(0.0f);
+  float squares = 0.0f;
+  for (const int i : {0, 3}) {
+    const float cos_o = seen.cosine[i];
+    const float cos_t = refracted_cosine(cos_o, eta_);
+    if (!(cos_o > 0.0f && cos_t > 0.0f)) continue;
+    const float through = 1.0f - dielectric_fresnel(cos_o, cos_t, eta_);
+    products += (Rgb(1.0f) - film_fresnel(cos_o, cos_t)) * (cos_o * through);
+    squares += cos_o * square(through);
+  }
+  if (!(squares > 1e-6f)) return brightest; // all is reflected
+  const Rgb slope = products / squares;
+  return {lerp(brightest.a, Rgb(1.0f) - slope, iridescence_), lerp(brightest.b, slope, iridescence_)};
 }
 
 // Returns the mean cosine between wo and the facets that it sees.
@@ -138,20 +153,26 @@ float DielectricLobe::mean_cosine(float alpha) const {
   return std::min(squares / seen.sum, 1.0f);
 }
 
-Rgb DielectricLobe::fresnel(float cos_o, float cos_t) const {
-  if (cos_t < 0.0f) return Rgb(1.0f);
+// Equal from both sides, as nothing is absorbed.
+Rgb DielectricLobe::film_fresnel(float cos_o, float cos_t) const {
+  return thin_film_fresnel(eta_ >= 1.0f ? cos_o : cos_t, 1.0f, film_ior_, film_base_f0_, film_thickness_nm_);
+}
+
+DielectricLobe::Split DielectricLobe::split(float cos_o, float cos_t) const {
+  if (cos_t < 0.0f) return {Rgb(1.0f), Rgb(0.0f)};
   const Rgb f = fresnel_(dielectric_fresnel(cos_o, cos_t, eta_));
-  if (iridescence_ == 0.0f) return f;
-  const float cos_outside = eta_ >= 1.0f ? cos_o : cos_t;
-  return lerp(f, thin_film_fresnel(cos_outside, 1.0f, film_ior_, film_base_f0_, film_thickness_nm_), iridescence_);
+  const float through = std::max(1.0f - max_component(f), 0.0f);
+  if (iridescence_ == 0.0f) return {f, tint_ * through};
+  const Rgb film = film_fresnel(cos_o, cos_t);
+  return {lerp(f, film, iridescence_), tint_ * lerp(Rgb(through), Rgb(1.0f) - film, iridescence_)};
 }
 
 // Proportional to the luminances to either side. Below a millionth the probability is 0: such a
 // sample is not worthwhile and its weight might not be finite.
-float DielectricLobe::reflection_probability(const Rgb& f) const {
+float DielectricLobe::reflection_probability(const Split& split) const {
   if (!transmits_) return 1.0f;
-  const float reflected = luminance(f);
-  const float transmitted = std::max(1.0f - max_component(f), 0.0f) * tint_luminance_;
+  const float reflected = luminance(split.reflected);
+  const float transmitted = luminance(split.transmitted);
   const float sum = reflected + transmitted;
   if (transmitted <= 1e-6f * sum) return 1.0f;
   return reflected > 1e-6f * sum ? reflected / sum : 0.0f;
@@ -182,12 +203,12 @@ BsdfEval DielectricLobe::eval(const V3f& wi) const {
     const float cos_d = 0.5f * std::sqrt(length2);
     const float inverse = 1.0f / length2;
     const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
-    const Rgb f = fresnel(cos_d, refracted_cosine(cos_d, eta_));
-    const float probability = reflection_probability(f);
-    const float common = d * visibility * mu_i * scale_;
+    const Split here = split(cos_d, refracted_cosine(cos_d, eta_));
+    const float probability = reflection_probability(here);
+    const Rgb common = scale_ * (d * visibility * mu_i);
     const float density = 0.5f * d * normals;
-    if (wi.z > 0.0f) return {f * common, probability * density};
-    return {tint_ * (std::max(1.0f - max_component(f), 0.0f) * common), (1.0f - probability) * density};
+    if (wi.z > 0.0f) return {here.reflected * common, probability * density};
+    return {here.transmitted * common, (1.0f - probability) * density};
   }
 
   // Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization,
@@ -200,12 +221,11 @@ BsdfEval DielectricLobe::eval(const V3f& wi) const {
   if (!(sum.z > 0.0f && cos_o > 0.0f && cos_t > 0.0f)) return {};
   const float inverse = 1.0f / length2;
   const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
-  const Rgb f = fresnel(cos_o, cos_t);
-  const float probability = reflection_probability(f);
+  const Split here = split(cos_o, cos_t);
+  const float probability = reflection_probability(here);
   const float jacobian = eta_ * eta_ * cos_t * inverse; // solid angle of normals over that of wi
-  const float value =
-      std::max(1.0f - max_component(f), 0.0f) * 4.0f * d * visibility * mu_i * cos_o * jacobian * scale_;
-  return {tint_ * value, (1.0f - probability) * 2.0f * d * normals * cos_o * jacobian};
+  const Rgb value = scale_ * (4.0f * d * visibility * mu_i * cos_o * jacobian);
+  return {here.transmitted * value, (1.0f - probability) * 2.0f * d * normals * cos_o * jacobian};
 }
 
 // Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
@@ -224,18 +244,18 @@ V3f DielectricLobe::sample_visible_normal(const V2f& u) const {
 
 std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
   const float cos_t = refracted_cosine(wo_.z, eta_);
-  const Rgb f = fresnel(wo_.z, cos_t);
-  const float probability = reflection_probability(f);
-  if (u_lobe < probability) return BsdfSample{{-wo_.x, -wo_.y, wo_.z}, f * (1.0f / probability), 0.0f, Lobe::glossy};
-  const float through = 1.0f - max_component(f);
-  if (!(through * tint_luminance_ > 0.0f)) return std::nullopt;
+  const Split here = split(wo_.z, cos_t);
+  const float probability = reflection_probability(here);
+  if (u_lobe < probability)
+    return BsdfSample{{-wo_.x, -wo_.y, wo_.z}, here.reflected * (1.0f / probability), 0.0f, Lobe::glossy};
+  if (!(luminance(here.transmitted) > 0.0f)) return std::nullopt;
   const V3f wi(-wo_.x / eta_, -wo_.y / eta_, -cos_t);
-  return BsdfSample{wi.normalized(), tint_ * (through / (1.0f - probability)), 0.0f, Lobe::transmission};
+  return BsdfSample{wi.normalized(), here.transmitted * (1.0f / (1.0f - probability)), 0.0f, Lobe::transmission};
 }
 
 float DielectricLobe::reflection_probability(const V2f& u) const {
   const float cos_o = smooth_ ? wo_.z : std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
-  return reflection_probability(fresnel(cos_o, refracted_cosine(cos_o, eta_)));
+  return reflection_probability(split(cos_o, refracted_cosine(cos_o, eta_)));
 }
 
 // Weights and densities are those of the sampled microfacet, not of the half vector of wi, whose
@@ -247,11 +267,10 @@ std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) con
   const float cos_o = wo_.dot(normal);
   if (!(cos_o > 0.0f)) return std::nullopt;
   const float cos_t = refracted_cosine(cos_o, eta_);
-  const Rgb f = fresnel(cos_o, cos_t);
-  const float probability = reflection_probability(f);
+  const Split here = split(cos_o, cos_t);
+  const float probability = reflection_probability(here);
   const bool reflects = u_lobe < probability;
-  const float through = std::max(1.0f - max_component(f), 0.0f);
-  if (!reflects && !(through * tint_luminance_ > 0.0f)) return std::nullopt;
+  if (!reflects && !(luminance(here.transmitted) > 0.0f)) return std::nullopt;
 
   V3f wi;
   if (reflects || thin_walled_) {
@@ -266,7 +285,7 @@ std::optional<BsdfSample> DielectricLobe::sample(float u_lobe, const V2f& u) con
   const float chosen = reflects ? probability : 1.0f - probability;
   const float bound = cap_bound_ * mu_o + t_o_;
   const float shadowing = mu_i * bound / (mu_i * t_o_ + mu_o * stretched_length(wi)); // G2 over G1 and the bound
-  const Rgb weight = (reflects ? f : tint_ * through) * (shadowing * scale_ / chosen);
+  const Rgb weight = (reflects ? here.reflected : here.transmitted) * scale_ * (shadowing / chosen);
   float density = chosen * distribution(normal.x * normal.x, normal.y * normal.y, normal.z * normal.z) / bound;
   if (reflects || thin_walled_) {
     density *= 0.5f;

@@ -30,7 +30,9 @@ struct DielectricParameters {
 
 // Follows the conventions of GltfBsdf, except that wi.z < 0 is the other side. F is the exact
 // Fresnel term with KHR_materials_specular and the film. The transmitted light is 1 - max(F), a
-// scalar, times the tint: rgb_mix() of these extensions.
+// scalar, times the tint: rgb_mix() of KHR_materials_specular. A film absorbs nothing, so it
+// transmits 1 - F in each channel, the complement of its reflection (Airy's sum; README.md,
+// "Thin film"), where rgb_mix() of KHR_materials_iridescence would lose part of the light.
 //
 //   volume      Microfacets that refract (Walter et al. 2007, "Microfacet Models for Refraction
 //               through Rough Surfaces"), GGX, height-correlated Smith. Single scattering is
@@ -64,7 +66,7 @@ class DielectricLobe {
   [[nodiscard]] float reflection_probability(const V2f& u) const;
 
   // Returns the factor of single scattering, as seen from wo: divided by it, eval() is reciprocal.
-  [[nodiscard]] float compensation() const { return scale_; }
+  [[nodiscard]] const Rgb& compensation() const { return scale_; }
   // True if there are only delta directions.
   [[nodiscard]] bool is_delta() const { return smooth_; }
   [[nodiscard]] float alpha() const { return std::max(alpha_x_, alpha_y_); } // of the microfacets, the larger one
@@ -73,15 +75,20 @@ class DielectricLobe {
   // side, or of the quadrature for anisotropic ones.
   [[nodiscard]] const Rgb& reflected_albedo() const { return reflected_; }
   [[nodiscard]] const Rgb& transmitted_albedo() const { return transmitted_; }
-  // Returns the transmittance straight along -wo through a smooth thin wall: tint (1 - max(F)). It
-  // is in none of the above.
+  // Returns the transmittance straight along -wo through a smooth thin wall: tint (1 - F). It is in
+  // none of the above.
   [[nodiscard]] const Rgb& straight_transmittance() const { return straight_; }
 
  private:
-  // Returns F. cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond;
-  // cos_t < 0 is total reflection.
-  [[nodiscard]] Rgb fresnel(float cos_o, float cos_t) const;
-  [[nodiscard]] float reflection_probability(const Rgb& f) const;
+  // The parts of light that a microfacet reflects and transmits; the latter includes the tint.
+  struct Split {
+    Rgb reflected, transmitted;
+  };
+  // cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond; cos_t < 0 is
+  // total reflection.
+  [[nodiscard]] Rgb film_fresnel(float cos_o, float cos_t) const;
+  [[nodiscard]] Split split(float cos_o, float cos_t) const;
+  [[nodiscard]] float reflection_probability(const Split& split) const;
   [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
   [[nodiscard]] float distribution(float x2, float y2, float z2) const;
   [[nodiscard]] float stretched_length(const V3f& w) const;
@@ -90,9 +97,9 @@ class DielectricLobe {
   void set_albedos_from_tables(float alpha);
   void set_anisotropic_albedos();
   struct LinearFresnel { // a + b F
-    float a, b;
+    Rgb a, b;
   };
-  [[nodiscard]] LinearFresnel brightest_fresnel(float alpha) const;
+  [[nodiscard]] LinearFresnel linear_fresnel(float alpha) const;
   [[nodiscard]] float mean_cosine(float alpha) const;
 
   V3f wo_;
@@ -102,10 +109,9 @@ class DielectricLobe {
   bool thin_walled_ = false;
   bool smooth_ = false;    // deltas only
   bool transmits_ = true;  // false for a smooth thin wall
-  float scale_ = 1.0f;     // 1 / single-scattering albedo
+  Rgb scale_{1.0f};        // 1 / single-scattering albedo
   float t_o_ = 0.0f;       // length of the stretched wo
   float cap_bound_ = 1.0f; // k of the bounded visible normals
-  float tint_luminance_ = 1.0f;
   SpecularFresnel fresnel_;
   Rgb tint_{1.0f};
   Rgb reflected_{0.0f};

@@ -19,7 +19,8 @@ void WorldView::layers_at(const TextureLookup& texels, const VertexFrame& vertex
     return binding.present() ? texels.sample_channel(binding, index) : 1.0f;
   };
 
-  // Inside of a medium the outer layers are skipped, since they are beyond the interface.
+  // Inside of a medium coat and sheen are skipped, since they are beyond the interface. A film is
+  // part of it: light leaves through what it came in by.
   layers.boundary = material.volume;
   layers.entering = vertex.front;
   const bool inside = material.volume && !vertex.front;
@@ -40,7 +41,7 @@ void WorldView::layers_at(const TextureLookup& texels, const VertexFrame& vertex
   layers.bsdf.sheen_color = inside ? Rgb(0.0f) : material.sheen_color_factor * rgb(material.sheen_color);
   layers.bsdf.sheen_roughness = material.sheen_roughness_factor * channel(material.sheen_roughness, 3);
 
-  layers.bsdf.iridescence = inside ? 0.0f : material.iridescence_factor * channel(material.iridescence, 0);
+  layers.bsdf.iridescence = material.iridescence_factor * channel(material.iridescence, 0);
   layers.bsdf.iridescence_ior = material.iridescence_ior;
   layers.bsdf.iridescence_thickness_nm = lerp(material.iridescence_minimum_nm, material.iridescence_maximum_nm,
                                               channel(material.iridescence_thickness, 1));

@@ -3,11 +3,11 @@
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/thin_film.h"
 
+#include "tests/bsdf/observer.h"
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -15,44 +15,12 @@
 namespace kindling {
 namespace {
 
+using test::integrate_spectrum;
 using test::Random;
-using Vec = std::array<double, 3>;
+using test::to_rec709;
+using test::Vec;
 
 constexpr double kPiD = std::numbers::pi;
-
-double lobe(double nm, double peak, double mean, double left, double right) {
-  const double t = (nm - mean) * (nm < mean ? left : right);
-  return peak * std::exp(-0.5 * t * t);
-}
-
-// CIE 1931 by Wyman, Sloan and Shirley 2013.
-Vec observer(double nm) {
-  return {lobe(nm, 0.362, 442.0, 0.0624, 0.0374) + lobe(nm, 1.056, 599.8, 0.0264, 0.0323) +
-              lobe(nm, -0.065, 501.1, 0.0490, 0.0382),
-          lobe(nm, 0.821, 568.8, 0.0213, 0.0247) + lobe(nm, 0.286, 530.9, 0.0613, 0.0322),
-          lobe(nm, 1.217, 437.0, 0.0845, 0.0278) + lobe(nm, 0.681, 459.0, 0.0385, 0.0725)};
-}
-
-Vec to_rec709(const Vec& c) {
-  return {3.2404542 * c[0] - 1.5371385 * c[1] - 0.4985314 * c[2],
-          -0.9692660 * c[0] + 1.8760108 * c[1] + 0.0415560 * c[2],
-          0.0556434 * c[0] - 0.2040259 * c[1] + 1.0572252 * c[2]};
-}
-
-// Returns the linear Rec. 709 color of a spectrum under the equal-energy illuminant; X, Y and Z of
-// a flat spectrum of 1 are 1.
-template <class Spectrum>
-Vec integrate_spectrum(const Spectrum& spectrum) {
-  Vec sum = {}, white = {};
-  for (double nm = 360.5; nm < 830.0; nm += 1.0) {
-    const Vec o = observer(nm);
-    for (size_t c = 0; c < 3; ++c) {
-      sum[c] += o[c] * spectrum(nm);
-      white[c] += o[c];
-    }
-  }
-  return to_rec709({sum[0] / white[0], sum[1] / white[1], sum[2] / white[2]});
-}
 
 // Interfaces as in KHR_materials_iridescence: unpolarized, by Schlick, with phases of 0 and pi.
 struct Film {
