@@ -34,16 +34,16 @@ constexpr Spiral kSpiral = make_spiral();
 
 // Sums are added up in eight lanes: the same order on every machine, however wide its vectors are.
 constexpr size_t kLanes = 8;
-using Lanes = std::array<float, kLanes>;
+using PartialSums = std::array<float, kLanes>;
 static_assert(kOutsidePoints % kLanes == 0 && kInsidePoints % kLanes == 0);
 
 template <size_t kSize>
-void add_block(const std::array<float, kSize>& values, size_t count, Lanes& lanes) {
+void add_block(const std::array<float, kSize>& values, size_t count, PartialSums& lanes) {
   for (size_t i = 0; i < count; i += kLanes)
     for (size_t lane = 0; lane < kLanes; ++lane) lanes[lane] += values[i + lane];
 }
 
-float sum_of(const Lanes& lanes) {
+float sum_of(const PartialSums& lanes) {
   return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
@@ -73,7 +73,7 @@ InterfaceIntegrals anisotropic_interface(const V3f& wo, float alpha_x, float alp
   constexpr size_t kBlock = 8 * kLanes;
   using Values = std::array<float, kBlock>;
   Values total, reflected, reflected_f, transmitted, transmitted_f;
-  std::array<Lanes, 5> sums{};
+  std::array<PartialSums, 5> sums{};
   for (size_t first = 0; first < points; first += kBlock) {
     const size_t count = std::min(kBlock, points - first);
     for (size_t k = 0; k < count; ++k) {

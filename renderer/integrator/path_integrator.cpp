@@ -12,6 +12,7 @@
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/prepare_path.h"
 
+#include <array>
 #include <cassert>
 #include <utility>
 
@@ -178,16 +179,24 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
 // Samples one light for every vertex of a group that reflects, except where it would be in vain.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
-  size_t query_count = 0;
+  std::array<uint8_t, ShadeGroup::kSize> reflecting; // numbers of members
+  std::array<BounceAddress, ShadeGroup::kSize> addresses;
+  std::array<BounceDraws, ShadeGroup::kSize> draws;
+  size_t reflecting_count = 0, query_count = 0;
   for (size_t i = 0; i < count; ++i) {
-    ShadeGroup::Member& member = group.members[i];
     const PathInFlight path = path_at(context.active[first + i], context);
-    if (!context.hits[first + i].is_hit() || !PathStages::reflects(member.surface, path.state)) continue;
-    const LightQuery query = stages_.light_query(path, member.surface, context.rays[first + i].time, member.sampled);
+    if (!context.hits[first + i].is_hit() || !PathStages::reflects(group.members[i].surface, path.state)) continue;
+    reflecting[reflecting_count] = static_cast<uint8_t>(i);
+    addresses[reflecting_count++] = PathStages::draws_address(path);
+  }
+  draw_bounces(std::span(addresses).first(reflecting_count), std::span(draws).first(reflecting_count));
+  for (size_t i = 0; i < reflecting_count; ++i) {
+    ShadeGroup::Member& member = group.members[reflecting[i]];
+    member.sampled.draws = draws[i];
+    group.queries[query_count] =
+        stages_.light_query(member.surface, context.rays[first + reflecting[i]].time, member.sampled);
     member.light = ShadeGroup::kNoLight;
-    if (!stages_.samples_light(member.surface)) continue;
-    member.light = static_cast<uint32_t>(query_count);
-    group.queries[query_count++] = query;
+    if (stages_.samples_light(member.surface)) member.light = static_cast<uint32_t>(query_count++);
   }
   world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }

@@ -84,9 +84,12 @@ inline void shade(const PathWave& wave, uint32_t number) {
   world.surface_at(ray, hit, surface, stages.measure_footprint(ray, hit.t, path.state));
   SurfaceDraws sampled;
   std::optional<LightSample> light;
-  if (PathStages::reflects(surface, path.state))
-    if (const LightQuery query = stages.light_query(path, surface, ray.time, sampled); stages.samples_light(surface))
-      light = world.lights.sample(query);
+  if (PathStages::reflects(surface, path.state)) {
+    const BounceAddress address = PathStages::draws_address(path);
+    sampled.draws = draw_bounce(address.address, address.dimension);
+    const LightQuery query = stages.light_query(surface, ray.time, sampled);
+    if (stages.samples_light(surface)) light = world.lights.sample(query);
+  }
   if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
   stages.shade_hit(ray, hit, surface, sampled, light, path, sink);
 }

@@ -45,6 +45,7 @@ struct ShadowRecord {
 //
 //   measure_footprint()    the ray's cone at its hit
 //   WorldView::surface_at  the surface
+//   draws_address()        what its random numbers are drawn for
 //   light_query()          what a light is sampled for
 //   LightSetView::sample   a light
 //   shade_hit()            emission, the contribution of the light sample, and the next ray
@@ -98,9 +99,12 @@ struct PathStages {
            layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
            layers.anisotropy > 0.0f;
   }
-  // Draws the random numbers of a surface that reflects. Returns the query for a light.
-  [[nodiscard]] LightQuery light_query(const PathInFlight& path, const SurfacePoint& surface, float time,
-                                       SurfaceDraws& sampled) const;
+  // Returns what the random numbers of a surface that reflects are drawn for: SurfaceDraws::draws.
+  [[nodiscard]] static BounceAddress draws_address(const PathInFlight& path) {
+    return {path.sample.address, path.state.dimension(kDirectionDimension)};
+  }
+  // Returns the query for a light, once these are drawn. Completes `sampled`.
+  [[nodiscard]] LightQuery light_query(const SurfacePoint& surface, float time, SurfaceDraws& sampled) const;
 
   // Adds the light of the shapes that the ray crosses on its way to its hit, or to infinity. Shapes
   // block nothing. Camera rays do not see them, straight continuations through transparency

@@ -16,9 +16,7 @@ inline RayFootprint PathStages::measure_footprint(const accel::Ray& ray, float d
   return footprint;
 }
 
-inline LightQuery PathStages::light_query(const PathInFlight& path, const SurfacePoint& surface, float time,
-                                          SurfaceDraws& sampled) const {
-  sampled.draws = draw_bounce(path.sample.address, path.state.dimension(kDirectionDimension));
+inline LightQuery PathStages::light_query(const SurfacePoint& surface, float time, SurfaceDraws& sampled) const {
   sampled.light_probabilities =
       light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
   return {surface.position,    surface.light_normal(),      sampled.draws.light,
