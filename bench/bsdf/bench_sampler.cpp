@@ -4,6 +4,7 @@
 #include "renderer/sampling/distribution_2d.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
+#include "renderer/sampling/spherical_triangle.h"
 #include "renderer/sampling/warp.h"
 
 #include <benchmark/benchmark.h>

@@ -58,9 +58,15 @@ struct EnvironmentView {
   // The same in two steps, so that work between them hides memory latency.
   [[nodiscard]] Location locate(const V3f& wi) const;
   [[nodiscard]] EnvironmentEval eval(const Location& at) const;
-  // Prefetches the memory of eval(at), respectively of sample() for up to a few dozen draws.
+  // Prefetches the memory of eval(at).
   void prefetch(const Location& at) const;
-  void prefetch_samples(std::span<const V2f> draws) const;
+  // sample() for many draws, with the same bits, in two steps, so that work between them hides
+  // memory latency: finds the cells of the draws, then sets the samples. All spans have the same
+  // size.
+  using Cell = Distribution2DView::Cell;
+  void find_cells(std::span<const V2f> draws, std::span<Cell> cells) const;
+  void sample_cells(std::span<const V2f> draws, std::span<const Cell> cells,
+                    std::span<LightSample* const> samples) const;
   [[nodiscard]] bool is_black() const { return constant_pdf == 0.0f && row_factors.empty(); }
 
   static constexpr float kMinSinTheta = 1e-6f; // keeps densities finite at the poles

@@ -4,8 +4,6 @@
 
 #include "renderer/base/hash.h"
 #include "renderer/base/prefetch.h"
-#include "renderer/sampling/warp.h"
-
 #include <array>
 #include <cassert>
 
@@ -13,25 +11,14 @@ namespace kindling {
 
 namespace {
 
-// At distances above this many longest edges, distance and angle hardly vary over a triangle:
-// sampling by area is as good and cheaper.
-constexpr float kFarInEdges = 2.0f;
-
 // Directional lights up to this far below the horizon may still be sampled: rounding must not hide
 // them.
 constexpr float kHorizon = 1e-5f;
 
-template <typename Triangle>
-bool sampled_by_solid_angle(const Triangle& t, const V3f& point) {
-  const V3f to_centroid = (t.p0 + t.p1 + t.p2) * (1.0f / 3.0f) - point;
-  const float longest2 = std::max((t.p1 - t.p0).length2(), std::max((t.p2 - t.p1).length2(), (t.p0 - t.p2).length2()));
-  return to_centroid.length2() < square(kFarInEdges) * longest2;
-}
-
-// Returns the solid-angle density of a point that is uniform by area.
-float area_density(const V3f& double_area_normal, const V3f& wi, float distance) {
-  const float projected = 0.5f * std::fabs(double_area_normal.dot(wi));
-  return projected > 0.0f ? square(distance) / projected : 0.0f;
+// Returns the unit normal on a side of a triangle, given its double_area_normal().
+template <typename Real, typename Condition>
+Imath::Vec3<Real> normal_on_side(const Imath::Vec3<Real>& normal, const Condition& front) {
+  return normal * (select(front, Real(1.0f), Real(-1.0f)) / length_of(normal));
 }
 
 float first_coordinate(double rest) { return std::min(static_cast<float>(rest), kOneMinusEpsilon); }
@@ -163,11 +150,15 @@ std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, 
     break;
   case LightKind::environment: result = environment.sample({first_coordinate(choice.rest), query.u.y}); break;
   }
-  result->kind = choice.kind;
-  result->kind_probability = choice.probability;
-  result->pdf *= choice.probability;
-  if (!(result->pdf > 0.0f && result->pdf < kInfinity)) return std::nullopt;
+  if (!complete(choice, *result)) return std::nullopt;
   return result;
+}
+
+bool LightSetView::complete(const Choice& choice, LightSample& sample) {
+  sample.kind = choice.kind;
+  sample.kind_probability = choice.probability;
+  sample.pdf *= choice.probability;
+  return sample.pdf > 0.0f && sample.pdf < kInfinity;
 }
 
 std::optional<LightSample> LightSetView::sample(const LightQuery& query) const {
@@ -184,8 +175,11 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
   constexpr size_t kGroup = 32;
   std::array<std::optional<Choice>, kGroup> choices;
   std::array<V2f, kGroup> draws;                                 // for the environment
+  std::array<EnvironmentView::Cell, kGroup> cells;               // of these draws
+  std::array<LightSample*, kGroup> on_sky;                       // their samples
   std::array<LightTree::Query, kGroup> descents;                 // through the tree
   std::array<std::optional<LightTree::Choice>, kGroup> emitters; // results of the descents
+  std::array<ChosenTriangle, kGroup> on_triangles;
   for (size_t first = 0; first < queries.size(); first += kGroup) {
     const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
     size_t draw_count = 0, descent_count = 0;
@@ -197,18 +191,95 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
       else if (choices[i]->kind == LightKind::tree)
         descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
     }
-    if (draw_count > 0) environment.prefetch_samples(std::span(draws).first(draw_count));
+    environment.find_cells(std::span(draws).first(draw_count), std::span(cells).first(draw_count));
     tree.choose(std::span(descents).first(descent_count), emitters);
     for (size_t i = 0; i < descent_count; ++i)
       if (emitters[i] && emitters[i]->emitter < triangles.size()) prefetch(&triangles[emitters[i]->emitter]);
-    size_t descent = 0;
+    size_t descent = 0, triangle_count = 0, sky_count = 0;
     for (size_t i = 0; i < group.size(); ++i) {
       std::optional<LightSample>& sample = samples[first + i];
       sample.reset();
       if (!choices[i]) continue;
+      if (choices[i]->kind == LightKind::environment) {
+        on_sky[sky_count++] = &sample.emplace();
+        continue;
+      }
       const bool in_tree = choices[i]->kind == LightKind::tree;
-      sample = sample_chosen(group[i], *choices[i], in_tree ? emitters[descent++] : std::nullopt);
+      const std::optional<LightTree::Choice> emitter = in_tree ? emitters[descent++] : std::nullopt;
+      if (emitter && emitter->emitter < std::min(triangles.size(), size_t{first_moving}))
+        on_triangles[triangle_count++] = {static_cast<uint32_t>(i), *emitter};
+      else
+        sample = sample_chosen(group[i], *choices[i], emitter);
     }
+    for (size_t i = 0; i < triangle_count; i += Lanes::kCount)
+      sample_triangles(std::span(on_triangles).subspan(i, std::min(Lanes::kCount, triangle_count - i)), group, choices,
+                       samples.subspan(first));
+    environment.sample_cells(std::span(draws).first(sky_count), std::span(cells).first(sky_count),
+                             std::span(on_sky).first(sky_count));
+    for (size_t i = 0; i < group.size() && sky_count > 0; ++i) {
+      if (!choices[i] || choices[i]->kind != LightKind::environment) continue;
+      if (!complete(*choices[i], *samples[first + i])) samples[first + i].reset();
+    }
+  }
+}
+
+Rgb LightSetView::emission_at(uint32_t index, float u, float v) const {
+  const Emission& emission = emissions[triangles[index].emission];
+  if (emission.texture == nullptr || uvs.empty()) return emission.factor;
+  const V2f* uv = uvs.data() + size_t{index} * 3;
+  return emission.factor * emission.texture->sample_rgb(uv[0] * (1.0f - u - v) + uv[1] * u + uv[2] * v);
+}
+
+[[gnu::always_inline]] inline bool LightSetView::set_point(uint32_t index, const PointOnTriangle<float>& point,
+                                                           bool front, const V3f& normal, LightSample& sample) const {
+  const Emission& emission = emissions[triangles[index].emission];
+  if (!front && !emission.two_sided) return false;
+  if (!(point.pdf > 0.0f && point.pdf < kInfinity)) return false;
+  sample.wi = point.wi;
+  sample.distance = point.distance;
+  sample.pdf = point.pdf;
+  sample.radiance = emission_at(index, point.barycentrics.x, point.barycentrics.y);
+  sample.normal = normal;
+  sample.radiance *= through_coat(emission, front, normal.dot(point.wi));
+  return true;
+}
+
+// Lanes without a query repeat the last one.
+void LightSetView::sample_triangles(std::span<const ChosenTriangle> chosen, std::span<const LightQuery> queries,
+                                    std::span<const std::optional<Choice>> choices,
+                                    std::span<std::optional<LightSample>> samples) const {
+  assert(!chosen.empty() && chosen.size() <= Lanes::kCount);
+  LaneVectors p0, p1, p2, points;
+  LaneNumbers u_x, u_y;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    const ChosenTriangle& at = chosen[std::min(lane, chosen.size() - 1)];
+    const Triangle& t = triangles[at.emitter.emitter];
+    p0.set(lane, t.p0), p1.set(lane, t.p1), p2.set(lane, t.p2);
+    points.set(lane, queries[at.query].point);
+    u_x[lane] = first_coordinate(at.emitter.u);
+    u_y[lane] = queries[at.query].u.y;
+  }
+  const TriangleLanes t{p0.load(), p1.load(), p2.load()};
+  const Imath::Vec3<Lanes> point = points.load();
+  const Imath::Vec3<Lanes> normal = double_area_normal(t);
+  const LaneMask front = normal.dot(point - t.p0) > 0.0f;
+  const PointOnTriangle<Lanes> sampled = sample_point(t, normal, point, {u_x.load(), u_y.load()});
+
+  LaneVectors unit_normals;
+  unit_normals.store(normal_on_side(normal, front));
+  Lanes columns[Lanes::kCount] = {sampled.wi.x, sampled.wi.y,           sampled.wi.z,           sampled.distance,
+                                  sampled.pdf,  sampled.barycentrics.x, sampled.barycentrics.y, 0.0f};
+  LaneRows rows;
+  rows.store_columns(columns);
+  for (size_t lane = 0; lane < chosen.size(); ++lane) {
+    const ChosenTriangle& at = chosen[lane];
+    const float* const row = rows[lane];
+    LightSample& sample = samples[at.query].emplace();
+    const bool seen = set_point(at.emitter.emitter, {{row[0], row[1], row[2]}, row[3], row[4], {row[5], row[6]}},
+                                front[lane] != 0, unit_normals[lane], sample);
+    sample.pdf *= at.emitter.probability;
+    sample.emitter = at.emitter.emitter;
+    if (!seen || !complete(*choices[at.query], sample)) samples[at.query].reset();
   }
 }
 
@@ -221,32 +292,9 @@ std::optional<LightSample> LightSetView::sample_triangle(uint32_t index, const V
   const V3f normal = double_area_normal(t);
   const bool front = normal.dot(point - t.p0) > 0.0f;
   if (!front && !emissions[t.emission].two_sided) return std::nullopt;
-
   LightSample result;
-  V2f barycentrics;
-  if (sampled_by_solid_angle(t, point)) {
-    const SphericalTriangle seen(t.p0, t.p1, t.p2, point);
-    result.pdf = seen.pdf();
-    if (!(result.pdf > 0.0f)) return std::nullopt;
-    const SphericalTriangle::Sample sample = seen.sample(u);
-    barycentrics = sample.barycentrics;
-    const V3f on_light =
-        t.p0 * (1.0f - barycentrics.x - barycentrics.y) + t.p1 * barycentrics.x + t.p2 * barycentrics.y;
-    result.wi = sample.direction;
-    result.distance = std::sqrt((on_light - point).length2());
-  } else {
-    barycentrics = sample_uniform_triangle(u);
-    const V3f on_light =
-        t.p0 * (1.0f - barycentrics.x - barycentrics.y) + t.p1 * barycentrics.x + t.p2 * barycentrics.y;
-    const V3f to_light = on_light - point;
-    result.distance = std::sqrt(to_light.length2());
-    result.wi = to_light * (1.0f / result.distance);
-    result.pdf = area_density(normal, result.wi, result.distance);
-  }
-  if (!(result.pdf > 0.0f && result.pdf < kInfinity)) return std::nullopt;
-  result.radiance = emission_at(index, barycentrics.x, barycentrics.y);
-  result.normal = normal * ((front ? 1.0f : -1.0f) / normal.length());
-  result.radiance *= through_coat(emissions[t.emission], front, result.normal.dot(result.wi));
+  if (!set_point(index, sample_point(t, normal, point, u), front, normal_on_side(normal, front), result))
+    return std::nullopt;
   return result;
 }
 
@@ -264,13 +312,6 @@ float LightSetView::pdf_triangle(uint32_t triangle, const V3f& point, const V3f&
   const float density = sampled_by_solid_angle(t, point) ? SphericalTriangle(t.p0, t.p1, t.p2, point).pdf()
                                                          : area_density(double_area_normal(t), wi, distance);
   return density * probability < kInfinity ? density * probability : 0.0f;
-}
-
-Rgb LightSetView::emission_at(uint32_t index, float u, float v) const {
-  const Emission& emission = emissions[triangles[index].emission];
-  if (emission.texture == nullptr || uvs.empty()) return emission.factor;
-  const V2f* uv = uvs.data() + size_t{index} * 3;
-  return emission.factor * emission.texture->sample_rgb(uv[0] * (1.0f - u - v) + uv[1] * u + uv[2] * v);
 }
 
 Rgb LightSetView::emitted(uint32_t triangle, float u, float v, const V3f& wi, float time) const {

@@ -10,6 +10,7 @@
 #include "renderer/light/light_sample.h"
 #include "renderer/light/light_set_input.h"
 #include "renderer/light/light_tree.h"
+#include "renderer/light/point_on_triangle.h"
 #include "renderer/light/sphere_tree.h"
 
 #include <array>
@@ -42,12 +43,6 @@ struct ShapeRay {
   float time = 0.0f;
   Rgb extinction{0.0f}; // 1 / m from begin_m on, in front of lights at a finite distance
 };
-
-// Length: twice the area. Points to the side from which p0, p1, p2 are counterclockwise.
-template <typename Triangle>
-[[nodiscard]] V3f double_area_normal(const Triangle& t) {
-  return (t.p1 - t.p0).cross(t.p2 - t.p0);
-}
 
 // The part of a LightSet that sampling reads. Immutable, thread-safe. A LightTree selects among
 // triangles, point and spot lights. That tree, each directional light and the environment are
@@ -189,11 +184,27 @@ struct LightSetView {
                                               const LightProbabilities* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
   [[nodiscard]] std::optional<Choice> choose_kind(const LightQuery& query) const;
+  // A query whose choice is a triangle.
+  struct ChosenTriangle {
+    uint32_t query = 0; // its index
+    LightTree::Choice emitter;
+  };
   // `emitter` is the tree's choice for choice.rest if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,
                                                          const std::optional<LightTree::Choice>& emitter) const;
   [[nodiscard]] std::optional<LightSample> sample_triangle(uint32_t index, const V3f& point, const V2f& u,
                                                            float time) const;
+  // The same for up to Lanes::kCount triangles that do not move; sets the samples of their queries,
+  // which must be empty.
+  void sample_triangles(std::span<const ChosenTriangle> chosen, std::span<const LightQuery> queries,
+                        std::span<const std::optional<Choice>> choices,
+                        std::span<std::optional<LightSample>> samples) const;
+  // Adds the choice of the kind of light to a sample of it. False: no contribution.
+  [[nodiscard]] static bool complete(const Choice& choice, LightSample& sample);
+  // Sets the sample to a point on the triangle; `normal` is unit, on the side that is seen. False:
+  // no contribution.
+  [[nodiscard]] bool set_point(uint32_t index, const PointOnTriangle<float>& point, bool front, const V3f& normal,
+                               LightSample& sample) const;
   [[nodiscard]] bool moves(uint32_t triangle) const { return triangle >= first_moving; }
   [[nodiscard]] Triangle posed_triangle(uint32_t index, float time) const; // for moving triangles
   // Key 0 is the opening of the shutter.

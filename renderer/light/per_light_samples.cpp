@@ -41,7 +41,7 @@ PerLightView::OnTriangle PerLightView::choose_point(const Entry& entry, const V2
   const auto rest = static_cast<float>(std::clamp((at - before) / weight, 0.0, 1.0));
   const uint32_t triangle = entry.first + static_cast<uint32_t>(found - begin);
   const double area = 0.5 * static_cast<double>(double_area_normal(lights->triangles[triangle]).length());
-  return {triangle, sample_uniform_triangle({std::min(rest, kOneMinusEpsilon), u.y}),
+  return {triangle, sample_uniform_triangle(V2f(std::min(rest, kOneMinusEpsilon), u.y)),
           static_cast<float>(weight / (end[-1] * area))};
 }
 

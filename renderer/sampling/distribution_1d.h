@@ -24,10 +24,14 @@ struct Distribution1DView {
 
   // Returns the sample of u in [0, 1).
   [[nodiscard]] Sample sample(float u) const {
-    const uint32_t cell = find_cdf_cell(cdf.data(), guide.data(), static_cast<uint32_t>(guide.size()), u);
+    const uint32_t cell = find(u);
     const float width = cdf[cell + 1] - cdf[cell];
     const float x = (static_cast<float>(cell) + (u - cdf[cell]) / width) / static_cast<float>(cell_count);
     return {std::min(x, kOneMinusEpsilon), width * static_cast<float>(cell_count), cell};
+  }
+  // Returns the cell of that sample, alone.
+  [[nodiscard]] uint32_t find(float u) const {
+    return find_cdf_cell(cdf.data(), guide.data(), static_cast<uint32_t>(guide.size()), u);
   }
   // Returns the density at x; 0 outside of [0, 1).
   [[nodiscard]] float pdf(float x) const {

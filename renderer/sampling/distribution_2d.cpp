@@ -43,22 +43,17 @@ Distribution2D::Distribution2D(std::span<const float> weights, uint32_t width, u
   rows = marginal_;
 }
 
-void Distribution2DView::prefetch(std::span<const V2f> draws) const {
-  const auto row_guide = [this](float u_y) { return guides.data() + size_t{rows.sample(u_y).index} * guide_entries; };
-  const auto bucket = [this](float u_x) { return static_cast<uint32_t>(u_x * static_cast<float>(guide_entries)); };
-  constexpr size_t kGroup = 64;
-  std::array<const uint32_t*, kGroup> entries;
-  for (size_t first = 0; first < draws.size(); first += kGroup) {
-    const std::span<const V2f> group = draws.subspan(first, std::min(kGroup, draws.size() - first));
-    for (size_t i = 0; i < group.size(); ++i) {
-      entries[i] = row_guide(group[i].y) + bucket(group[i].x);
-      kindling::prefetch(entries[i]);
-    }
-    for (size_t i = 0; i < group.size(); ++i) {
-      const size_t row = static_cast<size_t>(entries[i] - guides.data()) / guide_entries;
-      kindling::prefetch(cdfs.data() + row * (columns + 1) + *entries[i] + 1);
-    }
+void Distribution2DView::find(std::span<const V2f> draws, std::span<Cell> cells) const {
+  assert(draws.size() == cells.size());
+  for (size_t i = 0; i < draws.size(); ++i) {
+    Cell& cell = cells[i];
+    cell.row = rows.find(draws[i].y);
+    cell.column = static_cast<uint32_t>(draws[i].x * static_cast<float>(guide_entries)); // so far, of the row's guide
+    kindling::prefetch(guides.data() + size_t{cell.row} * guide_entries + cell.column);
   }
+  for (const Cell& cell : cells)
+    kindling::prefetch(cdf_of_row(cell.row) + guides[size_t{cell.row} * guide_entries + cell.column] + 1);
+  for (size_t i = 0; i < draws.size(); ++i) cells[i].column = find_column(cells[i].row, draws[i].x);
 }
 
 } // namespace kindling

@@ -22,19 +22,34 @@ struct Distribution2DView {
     uint32_t row = 0;
   };
 
+  struct Cell {
+    uint32_t column = 0;
+    uint32_t row = 0;
+  };
+
   // Returns the sample of u in [0, 1)^2.
   [[nodiscard]] Sample sample(const V2f& u) const {
     const Distribution1DView::Sample row = rows.sample(u.y);
-    const float* cdf = cdfs.data() + size_t{row.index} * (columns + 1);
-    const uint32_t cell = find_cdf_cell(cdf, guides.data() + size_t{row.index} * guide_entries, guide_entries, u.x);
+    const float* cdf = cdf_of_row(row.index);
+    const uint32_t cell = find_column(row.index, u.x);
     const float share = cdf[cell + 1] - cdf[cell];
     const auto width = static_cast<float>(columns);
     const float x = (static_cast<float>(cell) + (u.x - cdf[cell]) / share) / width;
     return {{std::min(x, kOneMinusEpsilon), row.x}, share * width * row.pdf, cell, row.index};
   }
-  // Prefetches the memory that sample() reads for these draws (a few dozen): first all guide
-  // entries, then the cumulative values that they point to.
-  void prefetch(std::span<const V2f> draws) const;
+  // Returns the cell of that sample, alone.
+  [[nodiscard]] Cell find(const V2f& u) const {
+    const uint32_t row = rows.find(u.y);
+    return {find_column(row, u.x), row};
+  }
+  // The same for many draws, step by step, so that memory latencies overlap. Both spans have the
+  // same size.
+  void find(std::span<const V2f> draws, std::span<Cell> cells) const;
+  [[nodiscard]] uint32_t find_column(uint32_t row, float u_x) const {
+    return find_cdf_cell(cdf_of_row(row), guides.data() + size_t{row} * guide_entries, guide_entries, u_x);
+  }
+  // Returns the cumulative values of a row.
+  [[nodiscard]] const float* cdf_of_row(uint32_t row) const { return cdfs.data() + size_t{row} * (columns + 1); }
   // Returns the density at uv; 0 outside of [0, 1)^2.
   [[nodiscard]] float pdf(const V2f& uv) const {
     if (!(uv.x >= 0.0f && uv.x < 1.0f && uv.y >= 0.0f && uv.y < 1.0f)) return 0.0f;
@@ -45,7 +60,7 @@ struct Distribution2DView {
   // Returns the probability of a cell.
   [[nodiscard]] float probability(uint32_t column, uint32_t row) const {
     assert(column < columns && row < rows.size());
-    const float* cdf = cdfs.data() + size_t{row} * (columns + 1) + column;
+    const float* cdf = cdf_of_row(row) + column;
     return (cdf[1] - cdf[0]) * rows.probability(row);
   }
   [[nodiscard]] uint32_t width() const { return columns; }

@@ -19,6 +19,7 @@
 #include "renderer/bsdf/thin_film.cpp"
 #include "renderer/bsdf/wavelength_tables.cpp"
 #include "renderer/sampling/pixel_filter.cpp"
+#include "renderer/sampling/spherical_triangle.h"
 #include "tests/base/result_hash.h"
 
 namespace {

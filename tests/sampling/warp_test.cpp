@@ -1,5 +1,6 @@
 // Tests of warps against their densities, and of spherical triangles against exact solid angles.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/sampling/spherical_triangle.h"
 #include "renderer/sampling/warp.h"
 
 #include "tests/sampling/chi_square.h"
