@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/owned_arrays.h"
 #include "renderer/base/ray_cone.h"
 #include "renderer/camera/aperture.h"
@@ -12,10 +13,12 @@
 
 namespace kindling {
 
-struct CameraRay {
-  V3f origin;    // world
-  V3f direction; // world, unit
+template <typename Real>
+struct CameraRayOf {
+  Imath::Vec3<Real> origin;    // world
+  Imath::Vec3<Real> direction; // world, unit
 };
+using CameraRay = CameraRayOf<float>;
 
 // Motion of a camera while its shutter is open.
 struct CameraMotion {
@@ -70,11 +73,20 @@ struct CameraView {
   // `lens_u` in [0, 1)^2 and `time` in [0, 1) are the random numbers of lens and shutter;
   // has_lens() and shutter_open() are true if they are used.
   [[nodiscard]] CameraRay generate_ray(const V2f& film_px, const V2f& lens_u, float time) const {
-    if (lens || !keys.empty()) return generate_distributed_ray(film_px, lens_u, time);
-    const V3f on_film = basis.film_corner + basis.film_dx * film_px.x + basis.film_dy * film_px.y;
-    if (orthographic) return {on_film, basis.forward};
-    return {basis.position,
-            on_film * (1.0f / std::sqrt(on_film.dot(on_film)))}; // never zero: the film is at distance 1
+    if (!is_pinhole()) return generate_distributed_ray(film_px, lens_u, time);
+    return generate_pinhole_ray(film_px);
+  }
+  // True if rays depend on the film position alone.
+  [[nodiscard]] bool is_pinhole() const { return !lens && keys.empty(); }
+  // Returns the ray of such a camera; with Lanes, eight of them.
+  template <typename Real>
+  [[nodiscard]] CameraRayOf<Real> generate_pinhole_ray(const Imath::Vec2<Real>& film_px) const {
+    using Vector = Imath::Vec3<Real>;
+    const Vector on_film =
+        Vector(basis.film_corner) + Vector(basis.film_dx) * film_px.x + Vector(basis.film_dy) * film_px.y;
+    if (orthographic) return {on_film, Vector(basis.forward)};
+    return {Vector(basis.position),
+            on_film * (1.0f / square_root(Real(on_film.dot(on_film))))}; // never zero: the film is at distance 1
   }
 
   // Returns the cone of one pixel around a ray of generate_ray(). Off the center of a perspective

@@ -27,9 +27,7 @@ inline void make_camera_rays(const Camera& camera, const PixelFilter& filter, st
   times.fill(V2f(0.0f));
   if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
   if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
-  for (size_t i = 0; i < samples.size(); ++i)
-    rays[i] = make_camera_ray(camera, filter, {draws[i], lens_draws[i], times[i].x}, samples[i].pixel, addresses[i],
-                              samples[i].filter_weight);
+  make_camera_rays(camera, filter, draws, lens_draws, times, samples, rays);
 }
 
 // The points of the pixels of a block, row by row.

@@ -96,24 +96,41 @@ PixelFilter::PixelFilter(const PixelFilterOptions& options)
   }
 }
 
-// Samples in units of the radius, where the density of |x| is piecewise linear on [0, 1]. Values of
-// u below 1/2 map to negative x.
-PixelFilter::AxisSample PixelFilter::sample_axis(float u) const {
-  assert(u >= 0.0f && u < 1.0f);
-  const float v = std::abs(2.0f * u - 1.0f);
-  if (kind_ == FilterKind::box) return {(2.0f * u - 1.0f) * radius_, 1.0f};
+// Finds the cell in which the integral passes v, in [0, 1].
+inline PixelFilter::Cell<float> PixelFilter::find_cell(float v) const {
   uint32_t cell = guide_[cell_of(v * kGuideSize, kGuideSize - 1)];
   while (cell + 1 < kCells && cdf_[cell + 1] <= v) ++cell;
+  return {static_cast<float>(cell), density_[cell], density_[cell + 1], cdf_[cell]};
+}
+
+inline PixelFilter::Cell<Lanes> PixelFilter::find_cell(const Lanes& v) const {
+  LaneNumbers values, number, density, next_density, below;
+  values.store(v);
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    const Cell<float> cell = find_cell(values[lane]);
+    number[lane] = cell.number, density[lane] = cell.density;
+    next_density[lane] = cell.next_density, below[lane] = cell.below;
+  }
+  return {number.load(), density.load(), next_density.load(), below.load()};
+}
+
+// Samples in units of the radius, where the density of |x| is piecewise linear on [0, 1]. Values of
+// u below 1/2 map to negative x.
+template <typename Real>
+inline PixelFilter::AxisSample<Real> PixelFilter::sample_axis(const Real& u) const {
+  const Real v = absolute(Real(2.0f * u - 1.0f));
+  if (kind_ == FilterKind::box) return {(2.0f * u - 1.0f) * radius_, 1.0f};
+  const Cell<Real> cell = find_cell(v);
   // Solve d0 s + (d1 - d0) s^2 / 2 = rest for s in [0, 1], in the form that is stable for small
   // coefficients.
-  const float d0 = density_[cell];
-  const float d1 = density_[cell + 1];
-  const float rest = (v - cdf_[cell]) * kCells;
-  const float denominator = d0 + safe_sqrt(d0 * d0 + 2.0f * (d1 - d0) * rest);
-  const float s = denominator > 0.0f ? std::min(2.0f * rest / denominator, 1.0f) : 0.0f;
-  const float x = (static_cast<float>(cell) + s) * (1.0f / kCells);
-  const bool negative = x >= negative_from_;
-  return {std::copysign(x * radius_, u - 0.5f), negative ? -axis_weight_ : axis_weight_};
+  const Real d0 = cell.density;
+  const Real rest = (v - cell.below) * kCells;
+  const Real root = square_root(maximum(Real(d0 * d0 + 2.0f * (cell.next_density - d0) * rest), Real(0.0f)));
+  const Real denominator = d0 + root;
+  const Real s = select(denominator > 0.0f, minimum(Real(2.0f * rest / denominator), Real(1.0f)), Real(0.0f));
+  const Real x = (cell.number + s) * (1.0f / kCells);
+  const auto negative = x >= negative_from_;
+  return {with_sign_of(Real(x * radius_), Real(u - 0.5f)), select(negative, Real(-axis_weight_), Real(axis_weight_))};
 }
 
 float PixelFilter::pdf_axis(float x) const {
@@ -132,8 +149,13 @@ float PixelFilter::value(const V2f& offset) const {
 }
 
 PixelFilter::Sample PixelFilter::sample(const V2f& u) const {
-  const AxisSample x = sample_axis(u.x);
-  const AxisSample y = sample_axis(u.y);
+  assert(u.x >= 0.0f && u.x < 1.0f && u.y >= 0.0f && u.y < 1.0f);
+  const AxisSample<float> x = sample_axis(u.x), y = sample_axis(u.y);
+  return {{x.offset, y.offset}, x.weight * y.weight};
+}
+
+PixelFilter::SampleOf<Lanes> PixelFilter::sample(const Imath::Vec2<Lanes>& u) const {
+  const AxisSample<Lanes> x = sample_axis(u.x), y = sample_axis(u.y);
   return {{x.offset, y.offset}, x.weight * y.weight};
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 
 #include <array>
@@ -38,16 +39,20 @@ struct PixelFilterOptions {
 // +-c for Mitchell with c = (integral |f| / integral f)^2, about 1.145.
 class PixelFilter {
  public:
-  struct Sample {
-    V2f offset{0.0f}; // from the pixel's center, in pixels, each within +-width / 2
-    float weight = 1.0f;
+  template <typename Real>
+  struct SampleOf {
+    Imath::Vec2<Real> offset; // from the pixel's center, in pixels, each within +-width / 2
+    Real weight;
   };
+  using Sample = SampleOf<float>;
 
   explicit PixelFilter(const PixelFilterOptions& options = {});
 
   // Returns the sample of u in [0, 1)^2. It is monotone in each coordinate, which preserves
   // stratification.
   [[nodiscard]] Sample sample(const V2f& u) const;
+  // Eight samples, with the same bits.
+  [[nodiscard]] SampleOf<Lanes> sample(const Imath::Vec2<Lanes>& u) const;
   // Returns the density of an offset, per square pixel; 0 outside of the filter.
   [[nodiscard]] float pdf(const V2f& offset) const { return pdf_axis(offset.x) * pdf_axis(offset.y); }
 
@@ -61,11 +66,20 @@ class PixelFilter {
   static constexpr uint32_t kCells = 128;
   static constexpr uint32_t kGuideSize = 256;
 
+  template <typename Real>
   struct AxisSample {
-    float offset;
-    float weight;
+    Real offset;
+    Real weight;
   };
-  [[nodiscard]] AxisSample sample_axis(float u) const;
+  // A cell of the tables: its number, the densities at its ends and the integral up to it.
+  template <typename Real>
+  struct Cell {
+    Real number, density, next_density, below;
+  };
+  [[nodiscard]] Cell<float> find_cell(float v) const;
+  [[nodiscard]] Cell<Lanes> find_cell(const Lanes& v) const;
+  template <typename Real>
+  [[nodiscard]] AxisSample<Real> sample_axis(const Real& u) const;
   [[nodiscard]] float pdf_axis(float x) const;
 
   FilterKind kind_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/camera.h"
 #include "renderer/camera/place_camera.h"
+#include "tests/base/same_bits.h"
+#include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
 
@@ -143,6 +145,30 @@ TEST(Camera, IsCopyable) {
   const Camera a(perspective(50), M44f(), {64, 48});
   const Camera b = a;
   EXPECT_EQ(ray(a, 3, 4).direction, ray(b, 3, 4).direction);
+}
+
+// Film positions inside and outside of the image, through both kinds of cameras.
+TEST(Camera, EightRaysHaveTheBitsOfSingleOnes) {
+  M44f pose;
+  pose.rotate(V3f(0.3f, -1.1f, 0.2f));
+  pose[3][0] = 4.0f;
+  const Camera cameras[] = {Camera(perspective(50), pose, {640, 360}), Camera(orthographic(3, 2), pose, {640, 360})};
+  test::Random random(1);
+  for (int i = 0; i < 125'000; ++i) {
+    const Camera& camera = cameras[i % 2];
+    ASSERT_TRUE(camera.is_pinhole());
+    LaneNumbers x, y;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      x[lane] = 800.0f * random.next_1d() - 80.0f;
+      y[lane] = 500.0f * random.next_1d() - 70.0f;
+    }
+    const CameraRayOf<Lanes> rays = camera.generate_pinhole_ray<Lanes>({x.load(), y.load()});
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const CameraRay expected = ray(camera, x[lane], y[lane]);
+      ASSERT_TRUE(test::same_bits(test::lane_of(rays.origin, lane), expected.origin));
+      ASSERT_TRUE(test::same_bits(test::lane_of(rays.direction, lane), expected.direction));
+    }
+  }
 }
 
 } // namespace

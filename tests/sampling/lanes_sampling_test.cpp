@@ -1,7 +1,8 @@
-// Eight samples at once have the bits of eight single ones: warps, draws, cells.
+// Eight samples at once have the bits of eight single ones: warps, pixel filters, draws, cells.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/bounce_draws.h"
 #include "renderer/sampling/distribution_2d.h"
+#include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/spherical_triangle.h"
 #include "renderer/sampling/warp.h"
 #include "tests/base/same_bits.h"
@@ -75,6 +76,24 @@ TEST(LanesSampling, SphericalTriangles) {
     }
   }
   EXPECT_GT(degenerate, kVectors / 4);
+}
+
+TEST(LanesSampling, PixelFilters) {
+  for (const FilterKind kind :
+       {FilterKind::blackman_harris, FilterKind::gaussian, FilterKind::box, FilterKind::mitchell}) {
+    const PixelFilter filter({kind, 0.0f});
+    test::Random random(3);
+    for (int i = 0; i < kVectors; ++i) {
+      LaneNumbers u_x, u_y;
+      for (size_t lane = 0; lane < Lanes::kCount; ++lane) u_x[lane] = edge_draw(random), u_y[lane] = edge_draw(random);
+      const PixelFilter::SampleOf<Lanes> found = filter.sample(Imath::Vec2<Lanes>(u_x.load(), u_y.load()));
+      for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+        const PixelFilter::Sample expected = filter.sample(V2f(u_x[lane], u_y[lane]));
+        ASSERT_TRUE(same_bits(lane_of(found.offset, lane), expected.offset)) << filter_name(kind);
+        ASSERT_EQ(found.weight[lane], expected.weight) << filter_name(kind);
+      }
+    }
+  }
 }
 
 TEST(LanesSampling, DrawsOfAnyNumberOfVertices) {

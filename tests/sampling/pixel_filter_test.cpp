@@ -80,7 +80,7 @@ TEST(PixelFilter, SampleMomentsMatchFilter) {
       for (int i = 0; i < kStrata; ++i) {
         for (int j = 0; j < kStrata; ++j) {
           const PixelFilter::Sample s =
-              filter.sample({(static_cast<float>(i) + 0.5f) / kStrata, (static_cast<float>(j) + 0.5f) / kStrata});
+              filter.sample(V2f((static_cast<float>(i) + 0.5f) / kStrata, (static_cast<float>(j) + 0.5f) / kStrata));
           const double c = static_cast<double>(s.weight) / (kStrata * kStrata);
           weight += c;
           mean_x += c * static_cast<double>(s.offset.x);
