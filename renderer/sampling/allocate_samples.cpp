@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kMin = static_cast<double>(SampleRates::kMinRate) / SampleRates::kUnit;
 constexpr double kMax = static_cast<double>(SampleRates::kMaxRate) / SampleRates::kUnit;
-constexpr double kMinGain = 1.1; // that pays for rates that are themselves estimates
-constexpr int kNear = 2;         // radii of the windows
+constexpr int kNear = 2; // radii of the windows
 constexpr int kFar = kAllocationMargin;
 
 constexpr double kPilot = SampleRates::kPilotLevels;
@@ -71,7 +70,7 @@ std::optional<SampleRateKind> sample_rates_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-RateRule rate_rule(std::span<const GroupNoise> groups, double levels) {
+RateRule rate_rule(std::span<const GroupNoise> groups, double levels, double min_gain) {
   assert(levels > kPilot);
   double wanted = 0.0, variance = 0.0, noise = 0.0;
   for (const GroupNoise& group : groups) {
@@ -81,7 +80,7 @@ RateRule rate_rule(std::span<const GroupNoise> groups, double levels) {
     noise += std::sqrt(group.relative_variance * group.cost);
   }
   // By Cauchy and Schwarz the best rates leave noise^2 / (variance * wanted) of the error.
-  if (!(variance * wanted > kMinGain * noise * noise)) return {0.0, levels};
+  if (!(variance * wanted > min_gain * noise * noise)) return {0.0, levels};
   const auto cost_at = [&](double scale) {
     double sum = 0.0;
     for (const GroupNoise& group : groups) sum += rate_of(group, {scale, levels}) * group.cost;

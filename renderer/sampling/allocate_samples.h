@@ -35,10 +35,14 @@ struct RateRule {
   double levels = 0.0; // planned, with the pilot, which is subtracted
 };
 
+// The predicted ratio of errors from which on rates pay: they are themselves estimates, and numbers
+// of samples that are no powers of two fill fewer strata.
+inline constexpr double kMinRatesGain = 1.25;
+
 // Returns the rule for which groups of equal size cost as much as at a rate of 1 everywhere, within
-// the bounds of rates (SampleRates); a scale of 0 if that would gain little. levels: more than
-// those of the pilot.
-[[nodiscard]] RateRule rate_rule(std::span<const GroupNoise> groups, double levels);
+// the bounds of rates (SampleRates); a scale of 0 if that would divide the error by less than
+// min_gain. levels: more than those of the pilot.
+[[nodiscard]] RateRule rate_rule(std::span<const GroupNoise> groups, double levels, double min_gain = kMinRatesGain);
 
 // Returns the rates of the pixels of a rectangle inside of the map, rows from the top, in 1 /
 // SampleRates::kUnit. The map has at least kAllocationMargin pixels around the rectangle, or as

@@ -26,7 +26,7 @@ constexpr uint32_t kSamples = SampleRates::kPilotLevels;
 constexpr size_t kBlockPixels = kBlockSize * kBlockSize;
 constexpr double kMaxRelativeVariance = kSamples; // of samples of which all but one are black
 constexpr double kFloorShare = 0.25;              // of the image's mean luminance: below, the absolute error counts
-constexpr double kOverhead = 0.2;                 // of a sample beside its rays, in rays
+constexpr double kCameraCost = 0.15;              // of a camera ray and its sample, in rays of bounces and shadows
 constexpr size_t kBlocksPerTask = 8;
 constexpr int kMaxSurveyed = 256; // blocks of the survey are this many, or one in kSurveyStride if that is more
 constexpr int kSurveyStride = 16;
@@ -101,6 +101,7 @@ class PilotRun {
       : integrator_(integrator), state_(state), size_px_(settings.size_px), area_(state.coverage.area()),
         contexts_([this] { return integrator_.make_context(); }) {
     levels_ = std::max(settings.planned(), kSamples + 1);
+    min_gain_ = settings.min_rates_gain;
     const SampleRange wanted = settings.wanted_samples();
     // A film with splats also takes the light paths of its samples, which have no part in the noise
     // here.
@@ -155,7 +156,7 @@ class PilotRun {
     noise.cost.assign(noise.relative_variance.size(), 1.0f);
     std::vector<GroupNoise> groups;
     for (const PilotBlock& block : blocks_) {
-      GroupNoise group{0.0, block.rays_per_sample + kOverhead};
+      GroupNoise group{0.0, std::max(block.rays_per_sample - 1.0, 0.0) + kCameraCost};
       const bool mapped = inside(around_, block.rect);
       size_t i = 0;
       for (int y = block.rect.min.y; y < block.rect.max.y; ++y)
@@ -171,7 +172,7 @@ class PilotRun {
       group.relative_variance /= static_cast<double>(i);
       if (block.surveyed) groups.push_back(group);
     }
-    const RateRule rule = rate_rule(groups, levels_);
+    const RateRule rule = rate_rule(groups, levels_, min_gain_);
     if (rule.scale == 0.0) return std::nullopt;
     return SampleRates(area_.min, area_.width(),
                        allocate_samples(noise, area_.min, area_.width(), area_.height(), rule));
@@ -250,6 +251,7 @@ class PilotRun {
   PixelRect area_;
   PixelRect around_;    // whole blocks with the area and the neighbors of its pixels
   uint32_t levels_ = 0; // planned
+  double min_gain_ = kMinRatesGain;
   bool adds_ = false;
   std::vector<PilotBlock> blocks_;
   tbb::enumerable_thread_specific<std::unique_ptr<ThreadContext>> contexts_;

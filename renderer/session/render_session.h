@@ -11,6 +11,7 @@
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/shadow_catchers.h"
+#include "renderer/sampling/allocate_samples.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sample_rates.h"
 #include "renderer/scene/surface_names.h"
@@ -53,6 +54,7 @@ struct RenderSettings {
   // With SampleRateKind::noise samples_per_pixel and `samples` count levels (SampleRates), the
   // first of which are a pilot that each run traces. Not with adaptive sampling or a time limit.
   SampleRateKind sample_rates = SampleRateKind::even;
+  double min_rates_gain = kMinRatesGain; // see rate_rule(); lower in tests alone
   // Limit on the render phase, training included. The render ends between blocks once every pixel
   // has a sample and this time is over; blocks may then differ by the samples of the passes in
   // work.

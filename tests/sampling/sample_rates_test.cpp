@@ -98,7 +98,8 @@ TEST(RateRule, EvenNoiseHasEvenRates) {
   };
   EXPECT_EQ(scale_of(1.0), 0.0);
   EXPECT_EQ(scale_of(4.0), 0.0);  // 1.074
-  EXPECT_GT(scale_of(9.0), 0.0);  // 1.25
+  EXPECT_EQ(scale_of(8.0), 0.0);  // 1.215
+  EXPECT_GT(scale_of(10.0), 0.0); // 1.285
   EXPECT_EQ(scale_of(0.01), 0.0); // 1.09
 }
 

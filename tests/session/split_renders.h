@@ -95,6 +95,7 @@ class SplitScene {
     case SplitKind::rates:
       settings.samples_per_pixel = 24;
       settings.sample_rates = SampleRateKind::noise;
+      settings.min_rates_gain = 1.0;
       break;
     }
     return settings;

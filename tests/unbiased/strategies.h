@@ -44,13 +44,18 @@ inline constexpr std::array kStrategies{
              false, true},
     Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
              false, 48, true},
-    Strategy{"sample rates", [](RenderSettings& s) { s.sample_rates = SampleRateKind::noise; }, accel::Kind::kdtree,
-             false, 56},
+    Strategy{"sample rates",
+             [](RenderSettings& s) {
+               s.sample_rates = SampleRateKind::noise;
+               s.min_rates_gain = 1.0;
+             },
+             accel::Kind::kdtree, false, 56},
     Strategy{"all together",
              [](RenderSettings& s) {
                s.sampler = SamplerKind::blue_noise;
                s.integrator.roulette_start_bounce = 1;
                s.sample_rates = SampleRateKind::noise;
+               s.min_rates_gain = 1.0;
              },
              accel::Kind::kdtree, false, 48, true},
 };
