@@ -61,17 +61,23 @@ def parse_counts(text):
     return counts
 
 
-def main():
-    options = parse_arguments()
+def measure_scenes(options, measure_scene):
+    """The results of measure_scene(job, kindling, options, folder) for all chosen scenes; --keep names the folder of images."""
     jobs = renderers.load_jobs(options.scenes, scenes=options.only, size_px=options.size, threads=options.threads)
     kindling = renderers.find_kindling(options.kindling)
+    results = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        scenes = []
         for job in jobs:
-            scenes.append(measure(job, kindling, options, folder))
-            print(f"{job.name}: done", file=sys.stderr)
+            results.append(measure_scene(job, kindling, options, folder))
+            print(f"{job.name}: done", file=sys.stderr, flush=True)
+    return results
+
+
+def main():
+    options = parse_arguments()
+    scenes = measure_scenes(options, measure)
     table = table_of(scenes)
     print(table)
     if options.markdown:

@@ -55,15 +55,7 @@ def parse_arguments():
 
 def main():
     options = parse_arguments()
-    jobs = renderers.load_jobs(options.scenes, scenes=options.only, size_px=options.size, threads=options.threads)
-    kindling = renderers.find_kindling(options.kindling)
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = options.keep or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        rows = []
-        for job in jobs:
-            rows += measure(job, kindling, options, folder)
-            print(f"{job.name}: done", file=sys.stderr, flush=True)
+    rows = [row for scene in denoise.measure_scenes(options, measure) for row in scene]
     print(table_of(rows))
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

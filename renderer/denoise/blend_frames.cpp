@@ -207,7 +207,8 @@ class Blend {
   V2i size_px_;
   size_t pixels_;
   float white_ = 1.0f;
-  // Of each pixel of the center, in the frame that was reached last:
+  // follow() moves every pixel of the center from frame to frame. The arrays have its state in the
+  // frame that follow() reached last.
   std::vector<float> x_, y_;   // position
   std::vector<int32_t> place_; // pixel, or kLost
   std::vector<float> shares_;  // weight of its samples relative to the center's

@@ -40,7 +40,8 @@ TEST(LanesSampling, SinesAndCosinesOfTurns) {
   }
 }
 
-// Of any shape: large and small, near and far, without area, edge-on, with the point at a corner.
+// The triangles are large and small, near and far. Some are degenerate, some are seen edge-on, and
+// some have the point at a corner.
 TEST(LanesSampling, SphericalTriangles) {
   test::Random random(2);
   int degenerate = 0;
