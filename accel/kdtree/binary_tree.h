@@ -24,12 +24,14 @@ struct LeafReference {
 struct BinaryNode {
   static constexpr uint32_t kLeaf = 3;
 
-  float position = 0.0f; // inner node: position of the plane; leaf: the bits of leaf_unit()
+  float position = 0.0f; // inner node: position of the plane
   uint32_t axis = kLeaf; // inner node: 0 to 2
   uint32_t count = 0;    // leaf: number of references; inner node: the bits of displacement()
-  // Inner node: the summed area of the wide nodes needed if the node may be cut up to 0, 1 or 2
-  // levels further down, relative to the area of the whole tree (see wide_cuts.h). Leaf: 0.
-  std::array<float, 3> cut_cost{};
+  // Inner node: the summed area of the finished nodes needed, relative to the area of the whole
+  // tree. Static trees: if the node may take up to 1 to 7 lanes of its parent's (see box_cuts.h).
+  // Deforming trees, first three: if it may be cut up to 0, 1 or 2 levels further down (see
+  // deforming/plane_cuts.h). Leaf: 0.
+  std::array<float, 7> area_cost{};
   union {
     BinaryNode* children = nullptr;  // inner node: two children, below and above the plane
     const LeafReference* references; // leaf
@@ -37,9 +39,6 @@ struct BinaryNode {
   // Static trees: bounds of what is near the triangles, within their margins, and in the cell;
   // empty for an empty node.
   Imath::Box3f bounds;
-  // Static trees, inner node: the summed area of the box nodes needed if the node may take up to 1
-  // to 7 lanes of its parent's, relative to the area of the whole tree (see box_cuts.h).
-  std::array<float, 7> box_cost{};
 
   // Displacement of an inner node's plane over its slice of the shutter; 0 in static trees.
   [[nodiscard]] float displacement() const {
@@ -47,16 +46,10 @@ struct BinaryNode {
     return std::bit_cast<float>(count);
   }
   void set_displacement(float displacement) { count = std::bit_cast<uint32_t>(displacement); }
-  // The place of a leaf's first block in the tree, once it is laid out.
-  [[nodiscard]] uint32_t leaf_unit() const {
-    assert(!is_inner());
-    return std::bit_cast<uint32_t>(position);
-  }
-  void set_leaf_unit(uint32_t unit) { position = std::bit_cast<float>(unit); }
   [[nodiscard]] bool is_inner() const { return axis != kLeaf; }
   [[nodiscard]] bool is_empty() const { return axis == kLeaf && count == 0; }
 };
-static_assert(sizeof(BinaryNode) == 88);
+static_assert(sizeof(BinaryNode) == 72);
 
 // A stack allocator of arrays with stable addresses; the latest allocations can be released again.
 // Not thread-safe.

@@ -9,9 +9,12 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
-#include "accel/kdtree/wide_node.h"
+#include "accel/kdtree/child_word.h"
 
+#include <algorithm>
+#include <array>
 #include <cassert>
+#include <limits>
 
 namespace kindling::accel::kd {
 
@@ -27,13 +30,13 @@ struct LaneShares {
   const BinaryNode &below = node.children[0], &above = node.children[1];
   LaneShares best;
   for (uint32_t i = 1; i < lanes; ++i) {
-    const float cost = below.box_cost[i - 1] + above.box_cost[lanes - i - 1];
+    const float cost = below.area_cost[i - 1] + above.area_cost[lanes - i - 1];
     if (i == 1 || cost < best.cost) best = {i, cost};
   }
   return best;
 }
 
-// Sets bounds and box_cost of an inner node whose children have theirs. `inverse_area`: the
+// Sets bounds and area_cost of an inner node whose children have theirs. `inverse_area`: the
 // reciprocal half area of the whole tree.
 inline void choose_boxes(BinaryNode& node, double inverse_area) {
   assert(node.is_inner());
@@ -41,23 +44,31 @@ inline void choose_boxes(BinaryNode& node, double inverse_area) {
   node.bounds = below.bounds;
   node.bounds.extendBy(above.bounds);
   if (below.is_empty() || above.is_empty()) {
-    node.box_cost = (below.is_empty() ? above : below).box_cost;
+    node.area_cost = (below.is_empty() ? above : below).area_cost;
     return;
   }
   const Imath::V3f size = node.bounds.max - node.bounds.min;
   const double area = static_cast<double>(size.x) * size.y + static_cast<double>(size.y) * size.z +
                       static_cast<double>(size.z) * size.x;
-  const float own = static_cast<float>(area * inverse_area) + share_lanes(node, kWideLanes).cost;
-  node.box_cost[0] = own;
-  for (uint32_t lanes = 2; lanes < kWideLanes; ++lanes)
-    node.box_cost[lanes - 1] = std::min(own, share_lanes(node, lanes).cost);
+  // The costs of share_lanes() for all numbers of lanes at once.
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  std::array<float, kWideLanes + 7> shifted; // those of the child above, after seven infinities
+  shifted.fill(kInfinity);
+  std::copy(above.area_cost.begin(), above.area_cost.end(), shifted.begin() + 7);
+  std::array<float, kWideLanes> shared; // by the number of lanes, less 1
+  shared.fill(kInfinity);
+  for (uint32_t i = 1; i < kWideLanes; ++i)
+    for (uint32_t k = 0; k < kWideLanes; ++k)
+      shared[k] = std::min(shared[k], below.area_cost[i - 1] + shifted[7 + k - i]);
+  const float own = static_cast<float>(area * inverse_area) + shared[kWideLanes - 1];
+  for (uint32_t k = 0; k < kWideLanes - 1; ++k) node.area_cost[k] = std::min(own, shared[k]);
 }
 
 // Returns true if the children of an inner node take its place in the box node of its parent, where
 // it has 1 to 7 lanes.
 [[nodiscard]] inline bool is_opened(const BinaryNode& node, uint32_t lanes) {
   assert(node.is_inner() && lanes >= 1 && lanes < kWideLanes);
-  return node.box_cost[lanes - 1] < node.box_cost[0];
+  return node.area_cost[lanes - 1] < node.area_cost[0];
 }
 
 } // namespace kindling::accel::kd

@@ -1,20 +1,23 @@
-// Lays out the nodes with the boxes of their children over the leaves of a binary tree.
+// Lays out the nodes of static trees.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/aligned_array.h"
-#include "accel/kdtree/binary_tree.h"
 #include "accel/kdtree/box_node.h"
+#include "accel/kdtree/node_layout.h"
 
 namespace kindling::accel::kd {
 
-struct BoxTree {
-  AlignedArray<BoxNode> nodes; // index 0 is unused
-  ChildWord root = kEmptyChild;
-};
+struct BoxLayout {
+  using Node = BoxNode;
 
-// The leaves of the binary tree must have their addresses (BinaryNode::leaf_unit()). Parallel; the
-// result is the same for any number of threads.
-[[nodiscard]] BoxTree lay_out_boxes(const BinaryNode& root);
+  // Passes over nodes with one child: their planes only cut off empty space, which boxes do as
+  // well.
+  [[nodiscard]] static BinaryPlace root(const BinaryPlace& top);
+
+  // Sets all of a finished node but its children, and these as parts of the binary tree; `top` is a
+  // root(), an inner node. `in_levels`: takes three levels of the binary tree, otherwise those that
+  // cost least.
+  static void place(const BinaryPlace& top, bool in_levels, BoxNode& node, PlacedChildren& children);
+};
 
 } // namespace kindling::accel::kd

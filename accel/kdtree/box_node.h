@@ -1,8 +1,8 @@
-// The memory layout of nodes that hold the bounds of their children.
+// The memory layout of the nodes of static trees: the boxes of their children.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/wide_node.h"
+#include "accel/kdtree/child_word.h"
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace kindling::accel::kd {
 // says that component k is negative, child i of that order is in lane (order[s] >> 4 i) & 7.
 struct alignas(64) BoxNode {
   std::array<std::array<float, kWideLanes>, 3> low, high; // by axis
-  std::array<ChildWord, kWideLanes> child;                // nodes are indices of box nodes
+  std::array<ChildWord, kWideLanes> child;
   std::array<uint32_t, 8> order;
 };
 static_assert(sizeof(BoxNode) == 256);

@@ -6,7 +6,6 @@
 
 #include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/subtree.h"
-#include "accel/kdtree/wide_cuts.h"
 #include "accel/triangle.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -59,7 +58,6 @@ class TopBuilder {
     group.run([&] { left_cost = build(below, std::move(left), node.children[0]); });
     right_cost = build(above, std::move(right), node.children[1]);
     group.wait();
-    choose_cuts(node, model.area() * context_.inverse_area);
     choose_boxes(node, context_.inverse_area);
     return config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
            model.right_probability(split->axis, split->position) * right_cost;

@@ -345,7 +345,7 @@ class KdTreeAccelerator final : public Accelerator {
       s.memory_bytes += sizeof(std::vector<Imath::M44f>) + keys.capacity() * sizeof(Imath::M44f);
     const auto add = [&](const Tree& tree) {
       s.memory_bytes += tree.memory_bytes();
-      s.node_count += tree.nodes.size() == 0 ? 0 : tree.nodes.size() - 1; // index 0 is unused
+      s.node_count += tree.node_count();
       s.leaf_count += tree.leaf_count;
       s.reference_count += tree.reference_count;
       kd::count_leaf_sizes(tree, s.leaf_sizes);

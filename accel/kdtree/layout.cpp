@@ -1,4 +1,4 @@
-// Lays out a binary tree as wide nodes and leaf blocks, in parallel parts.
+// Lays out a binary tree as nodes and leaf blocks, in parallel parts.
 // Indices are depth first, so that neighbors share pages: first the top of the tree, then the
 // subtrees below it, each laid out by a task on its own and then appended.
 // SPDX-License-Identifier: Apache-2.0
@@ -7,7 +7,7 @@
 #include "accel/kdtree/box_layout.h"
 #include "accel/kdtree/config.h"
 #include "accel/kdtree/deforming/moving_block.h"
-#include "accel/kdtree/wide_cuts.h"
+#include "accel/kdtree/deforming/plane_layout.h"
 
 #include <tbb/parallel_for.h>
 
@@ -21,40 +21,45 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr uint32_t kTopLevels = 3; // levels of wide nodes
+constexpr uint32_t kTopLevels = 3; // levels of finished nodes
 
-// The depth of a node.
-struct Depth {
-  uint32_t binary = 0, wide = 0;
-
-  // Returns true if a wide node here must take all binary levels that fit, so that the deepest tree
-  // does not exceed kMaxWideDepth.
-  [[nodiscard]] bool is_short_of_levels() const {
-    return kMaxDepth > binary + 1 + kWideLevels * (kMaxWideDepth - 1 - wide);
-  }
-};
+// Returns true if a finished node of depth `depth`, at a depth of the binary tree, must take all
+// binary levels that fit, so that the deepest tree does not exceed kMaxWideDepth.
+bool must_take_levels(uint32_t binary_depth, uint32_t depth) {
+  return kMaxDepth > binary_depth + 1 + kWideLevels * (kMaxWideDepth - 1 - depth);
+}
 static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
+
+AlignedArray<BoxNode>& nodes_of(Tree& tree, BoxLayout) { return tree.nodes; }
+AlignedArray<MovingNode>& nodes_of(Tree& tree, PlaneLayout) { return tree.moving_nodes; }
 
 // A subtree, or the top of the tree without its subtrees. Node indices and leaf positions are
 // relative to the part; nodes count from 1, because 0 means an empty child.
+template <class Layout>
 class TreePart {
  public:
-  explicit TreePart(const TimeSlice* slice = nullptr) : slice_(slice) {}
+  using Node = typename Layout::Node;
 
-  // Lays out the subtree down to wide nodes of depth `last`. For inner nodes below them, calls
-  // `below` with the node index, the lane of the child, the child, and its depth.
+  // `slice`: that of a deforming tree, else null.
+  explicit TreePart(const TimeSlice* slice) : slice_(slice) {}
+
+  // Lays out the subtree, whose root gets the given depth, down to finished nodes of depth `last`.
+  // For inner nodes below them, calls `below` with the node index, the lane of the child, and the
+  // child.
   template <class Below>
-  void place(BinaryNode& root, const Depth& depth, uint32_t last, const Below& below) {
-    root_ = place_node(root, depth, last, below);
+  void place(const BinaryPlace& root, uint32_t depth, uint32_t last, const Below& below) {
+    root_ = place_node(Layout::root(root), depth, last, below);
   }
-  // Writes the leaves found by place().
+  // Writes the leaves found by place(); the references of the binary tree are not needed
+  // afterwards.
   void encode_leaves(std::span<const Geometry> geometries) {
     for (const BinaryNode* leaf : leaves_) reference_count_ += leaf->count;
     units_.reserve(reference_count_ + leaves_.size()); // typical for meshes
+    std::vector<uint32_t> units_of(leaves_.size());    // where the leaves begin
     for (size_t i = 0; i < leaves_.size(); ++i) {
       if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
       if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);
-      leaves_[i]->set_leaf_unit(static_cast<uint32_t>(units_.size()));
+      units_of[i] = static_cast<uint32_t>(units_.size());
       const std::span<const LeafReference> references(leaves_[i]->references, leaves_[i]->count);
       if (slice_ == nullptr)
         append_leaf(geometries, references, units_);
@@ -63,9 +68,9 @@ class TreePart {
       if (units_.size() >= kLeafBit) throw std::bad_alloc();
     }
     const auto address = [&](ChildWord& child) {
-      if ((child & kLeafBit) != 0) child = kLeafBit | leaves_[child & ~kLeafBit]->leaf_unit();
+      if ((child & kLeafBit) != 0) child = kLeafBit | units_of[child & ~kLeafBit];
     };
-    for (WideNode& node : nodes_)
+    for (Node& node : nodes_)
       for (ChildWord& child : node.child) address(child);
     address(root_);
     if (slice_ != nullptr) find_extent();
@@ -76,24 +81,17 @@ class TreePart {
     first_node_ = static_cast<uint32_t>(node);
     first_unit_ = static_cast<uint32_t>(unit);
   }
-  // Has the leaves' addresses count from the beginning of the tree.
-  void place_leaves() {
-    for (BinaryNode* leaf : leaves_) leaf->set_leaf_unit(first_unit_ + leaf->leaf_unit());
-  }
   // Moves the part to its position in the tree.
   void move_to(Tree& tree) {
-    WideNode* node = tree.nodes.data() + first_node_ + 1;
-    for (const WideNode& from : nodes_) {
+    Node* node = nodes_of(tree, Layout()).data() + first_node_ + 1;
+    for (const Node& from : nodes_) {
       *node = from;
       for (ChildWord& child : node->child) child = in_tree(child);
       ++node;
     }
-    if (slice_ != nullptr)
-      std::copy(displacements_.begin(), displacements_.end(), tree.displacements.data() + first_node_ + 1);
     std::copy(units_.begin(), units_.end(), tree.leaves.data() + first_unit_);
     // Assigning {} would keep the capacity of a vector.
     nodes_ = decltype(nodes_)();
-    displacements_ = decltype(displacements_)();
     units_ = decltype(units_)();
   }
 
@@ -105,68 +103,35 @@ class TreePart {
   [[nodiscard]] float largest_extent() const { return largest_extent_; } // of a triangle
 
  private:
-  struct Lane {
-    BinaryNode* node = nullptr;
-    uint32_t levels = 0; // binary levels below the root of the wide node
-  };
-  using Lanes = std::array<Lane, kWideLanes>;
-
   [[nodiscard]] ChildWord in_tree(ChildWord child) const {
     if (child == kEmptyChild) return kEmptyChild;
     return child + ((child & kLeafBit) != 0 ? first_unit_ : first_node_);
   }
 
   template <class Below>
-  ChildWord place_node(BinaryNode& node, const Depth& depth, uint32_t last, const Below& below) {
-    if (node.is_empty()) return kEmptyChild;
-    if (!node.is_inner()) {
-      leaves_.push_back(&node);
+  ChildWord place_node(const BinaryPlace& at, uint32_t depth, uint32_t last, const Below& below) {
+    if (at.node->is_empty()) return kEmptyChild;
+    if (!at.node->is_inner()) {
+      leaves_.push_back(at.node);
       return kLeafBit | static_cast<uint32_t>(leaves_.size() - 1); // index into leaves_ until encode_leaves()
     }
-    assert(depth.binary < kMaxDepth && depth.wide < kMaxWideDepth); // sizes the traversal stacks
+    assert(at.depth < kMaxDepth && depth < kMaxWideDepth); // sizes the traversal stacks
     nodes_.emplace_back();
     const size_t number = nodes_.size();
-    PlaneDisplacements displacements;
-    WideNode wide;
-    wide.planes.fill(std::numeric_limits<float>::infinity());
-    wide.child.fill(kEmptyChild);
-    Lanes lanes{};
-    uint32_t axes = 0;
-    gather(node, depth.is_short_of_levels(), 0, 0, wide, displacements, axes, lanes);
-    if (slice_ != nullptr) displacements_.push_back(displacements);
-    wide.planes[kAxesLane] = std::bit_cast<float>(kAxesExponent | axes);
+    Node node;
+    PlacedChildren children{};
+    Layout::place(at, must_take_levels(at.depth, depth), node, children);
+    node.child.fill(kEmptyChild);
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
-      if (lanes[lane].node == nullptr) continue;
-      BinaryNode& child = *lanes[lane].node;
-      const Depth child_depth = {depth.binary + lanes[lane].levels, depth.wide + 1};
-      if (depth.wide == last && child.is_inner()) {
-        below(number, lane, child, child_depth);
-      } else {
-        wide.child[lane] = place_node(child, child_depth, last, below);
-      }
+      const BinaryPlace& child = children[lane];
+      if (child.node == nullptr) continue;
+      if (depth == last && child.node->is_inner())
+        below(number, lane, child);
+      else
+        node.child[lane] = place_node(child, depth + 1, last, below);
     }
-    nodes_[number - 1] = wide;
+    nodes_[number - 1] = node;
     return static_cast<ChildWord>(number);
-  }
-
-  // Takes the plane of `node`, which has the given index in its level, and then its children as far
-  // as chosen by joins_parent(), or all that fit.
-  static void gather(BinaryNode& node, bool all, uint32_t level, uint32_t index, WideNode& wide,
-                     PlaneDisplacements& displacements, uint32_t& axes, Lanes& lanes) {
-    const uint32_t lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + index;
-    wide.planes[lane] = node.position;
-    displacements.lanes[lane] = node.displacement();
-    axes |= node.axis << (2 * lane);
-    const uint32_t more = kWideLevels - 1 - level; // levels that still fit below
-    for (uint32_t side = 0; side < 2; ++side) {
-      BinaryNode& child = node.children[side];
-      const uint32_t child_index = 2 * index + side;
-      if (child.is_inner() && more > 0 && (all || joins_parent(child, more))) {
-        gather(child, all, level + 1, child_index, wide, displacements, axes, lanes);
-      } else {
-        lanes[child_index << more] = {&child, level + 1};
-      }
-    }
   }
 
   void find_extent() {
@@ -189,41 +154,38 @@ class TreePart {
 
   const TimeSlice* slice_;
   ChildWord root_ = kEmptyChild;
-  std::vector<WideNode> nodes_;
-  std::vector<PlaneDisplacements> displacements_; // by node, if there is a slice
-  std::vector<BinaryNode*> leaves_;               // their leaf_unit() counts from the part
+  std::vector<Node> nodes_;
+  std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
   float largest_extent_ = 0.0f;
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
+template <class Layout>
 void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonitor* monitor, Tree& tree) {
   struct Link {
     size_t node;
     uint32_t lane;
-    BinaryNode* child;
-    Depth depth;
+    BinaryPlace child;
   };
   std::vector<Link> links; // links from the top to the other parts
-  std::vector<TreePart> parts(1, TreePart(slice));
-  parts[0].place(binary.root, {}, kTopLevels - 1,
-                 [&](size_t node, uint32_t lane, BinaryNode& child, const Depth& depth) {
-                   links.push_back({node, lane, &child, depth});
-                 });
-  parts.resize(1 + links.size(), TreePart(slice));
+  std::vector<TreePart<Layout>> parts(1, TreePart<Layout>(slice));
+  parts[0].place({&binary.root, 0}, 0, kTopLevels - 1, [&](size_t node, uint32_t lane, const BinaryPlace& child) {
+    links.push_back({node, lane, child});
+  });
+  parts.resize(1 + links.size(), TreePart<Layout>(slice));
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
     if (monitor != nullptr && monitor->cancelled()) return;
     if (i > 0)
-      parts[i].place(*links[i - 1].child, links[i - 1].depth, kMaxWideDepth,
-                     [](size_t, uint32_t, BinaryNode&, const Depth&) {});
+      parts[i].place(links[i - 1].child, kTopLevels, kMaxWideDepth, [](size_t, uint32_t, const BinaryPlace&) {});
     parts[i].encode_leaves(tree.geometries.all());
   });
 
-  for (TreeArena& arena : binary.arenas) arena.references = {}; // frees memory for the tree
+  binary.arenas.clear(); // frees memory for the tree
 
   size_t nodes = 0, units = 0;
-  for (TreePart& part : parts) {
+  for (TreePart<Layout>& part : parts) {
     part.set_first(nodes, units);
     nodes += part.node_count();
     units += part.unit_count();
@@ -231,23 +193,14 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     tree.reference_count += part.reference_count();
     tree.largest_extent = std::max(tree.largest_extent, part.largest_extent());
   }
-  if (slice == nullptr) {
-    for (TreePart& part : parts) part.place_leaves();
-    tree.boxes = lay_out_boxes(binary.root);
-  }
-  binary.arenas.clear();
-  tree.nodes = AlignedArray<WideNode>(nodes + 1);
-  tree.nodes[0] = {};
-  if (slice != nullptr) {
-    tree.displacements = AlignedArray<PlaneDisplacements>(nodes + 1);
-    tree.displacements[0] = {};
-  }
+  auto& finished = nodes_of(tree, Layout());
+  finished = AlignedArray<typename Layout::Node>(nodes + 1);
+  finished[0] = {};
   tree.leaves = AlignedArray<LeafUnit>(units + kLeafPadding);
   std::fill_n(tree.leaves.data() + units, kLeafPadding, LeafUnit{});
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) { parts[i].move_to(tree); });
   tree.root = parts[0].root_in_tree();
-  for (size_t i = 0; i < links.size(); ++i)
-    tree.nodes[links[i].node].child[links[i].lane] = parts[i + 1].root_in_tree();
+  for (size_t i = 0; i < links.size(); ++i) finished[links[i].node].child[links[i].lane] = parts[i + 1].root_in_tree();
 }
 
 } // namespace
@@ -264,7 +217,10 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlic
     tree.clip_bounds.min[k] = tree.bounds.min[k] - margin;
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
-  lay_out_parts(binary, slice, monitor, tree);
+  if (slice == nullptr)
+    lay_out_parts<BoxLayout>(binary, slice, monitor, tree);
+  else
+    lay_out_parts<PlaneLayout>(binary, slice, monitor, tree);
   return tree;
 }
 

@@ -1,4 +1,4 @@
-// Converts a binary tree to wide nodes and leaf blocks.
+// Converts a binary tree to finished nodes and leaf blocks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

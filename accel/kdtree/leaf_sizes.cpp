@@ -22,8 +22,12 @@ void count_blocks(const Tree& tree, std::vector<size_t>& sizes) {
     ++sizes[size];
   };
   visit(tree.root);
-  for (size_t n = 1; n < tree.nodes.size(); ++n) // index 0 is unused
-    for (const ChildWord child : tree.nodes[n].child) visit(child);
+  const auto visit_children = [&](const auto& nodes) {
+    for (size_t n = 1; n < nodes.size(); ++n) // index 0 is unused
+      for (const ChildWord child : nodes[n].child) visit(child);
+  };
+  visit_children(tree.nodes);
+  visit_children(tree.moving_nodes);
 }
 
 } // namespace

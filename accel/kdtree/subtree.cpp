@@ -6,7 +6,6 @@
 #include "accel/kdtree/subtree.h"
 
 #include "accel/kdtree/box_cuts.h"
-#include "accel/kdtree/wide_cuts.h"
 
 #include <algorithm>
 #include <cassert>
@@ -170,8 +169,6 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
     made_ = made_before;
     make_leaf(context, 0.0, ids_from(first_id), Imath::Box3f(node.bounds), node); // progress was counted by its leaves
     cost = model.leaf_cost(count);
-  } else {
-    choose_cuts(node, model.area() * context.inverse_area);
   }
   ids_.resize(first_id);
   return cost;

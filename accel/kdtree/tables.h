@@ -1,8 +1,8 @@
-// Lookup tables that replace branches in a step through a wide node.
+// Lookup tables that replace branches in steps through nodes and in compression.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/node.h"
+#include "accel/kdtree/deforming/moving_node.h"
 
 #include <array>
 #include <cstdint>

@@ -29,8 +29,13 @@ struct Interval {
 
   // Intersects the interval with a box that `margin` widens; returns false if nothing is left.
   bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray, float margin) {
+    const Imath::V3f& d = ray.direction;
+    return cut(low, high, ray, {1.0f / d.x, 1.0f / d.y, 1.0f / d.z}, margin);
+  }
+  bool cut(const Imath::V3f& low, const Imath::V3f& high, const Ray& ray, const Imath::V3f& reciprocals,
+           float margin = 0.0f) {
     for (int k = 0; k < 3; ++k) {
-      const float reciprocal = 1.0f / ray.direction[k];
+      const float reciprocal = reciprocals[k];
       const bool down = std::signbit(ray.direction[k]);
       const float wide = down ? -margin : margin;
       enter = later((((down ? high[k] : low[k]) - ray.origin[k]) - wide) * reciprocal, enter);
@@ -50,7 +55,7 @@ class TreeWalk {
         fraction_(slice == nullptr ? 0.0f : slice->fraction_of(time_)), shear_(ray.origin, ray.direction), cost_(cost) {
     const Imath::V3f size(std::fabs(ray.direction.x), std::fabs(ray.direction.y), std::fabs(ray.direction.z));
     const float smallest = std::min({size.x, size.y, size.z}), largest = std::max({size.x, size.y, size.z});
-    steep_ = smallest < std::numeric_limits<float>::min() || (tree_.deforms() && smallest < largest * 0x1p-10f);
+    steep_ = tree_.deforms() && (smallest < std::numeric_limits<float>::min() || smallest < largest * 0x1p-10f);
     steepest_ = 1.0f / smallest;
     margin_ = tree_.deforms() ? kExtentTolerance * tree_.largest_extent : 0.0f;
   }
@@ -58,15 +63,13 @@ class TreeWalk {
   // Narrows t_far to the nearest hit. Returns true at the first hit if any_hit_ is set.
   bool run(float t_min, float& t_far) {
     t_far = std::min(t_far, std::numeric_limits<float>::max());
+    if (tree_.root == kEmptyChild) return false;
+    if (!tree_.deforms()) return run_boxes(t_min, t_far);
     Interval whole{t_min, t_far};
-    Imath::Box3f box = tree_.clip_bounds;
-    if (tree_.deforms()) {
-      box.min = between(box.min, tree_.clip_bounds_at_end.min, fraction_);
-      box.max = between(box.max, tree_.clip_bounds_at_end.max, fraction_);
-    }
-    if (tree_.root == kEmptyChild || !whole.cut(box.min, box.max, ray_, margin_)) return false;
-    if (!tree_.deforms() && !steep_) return run_boxes(t_min, t_far);
-    slack_ = tree_.deforms() ? 2.0f * margin_ * steepest_ : 0.0f;
+    const Imath::Box3f &box = tree_.clip_bounds, &at_end = tree_.clip_bounds_at_end;
+    if (!whole.cut(between(box.min, at_end.min, fraction_), between(box.max, at_end.max, fraction_), ray_, margin_))
+      return false;
+    slack_ = 2.0f * margin_ * steepest_;
     Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
     while (true) {
       while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);
@@ -86,26 +89,34 @@ class TreeWalk {
     float enter, leave;
   };
 
-  // The walk by boxes, as in kernels/box_walk.h.
+  // The walk of a static tree by boxes, as in kernels/box_walk.h.
   bool run_boxes(float t_min, float& t_far) {
+    const bool lengthens = may_bend(ray_.direction) && is_short(ray_.direction);
+    const float unit = lengthens ? kShorten : 1.0f; // of distances
     uint32_t signs = 0;
-    for (int k = 0; k < 3; ++k) signs |= std::signbit(ray_.direction[k]) ? 1U << k : 0U;
-    for (stack_ = {{tree_.boxes.root, t_min, t_far}}; !stack_.empty();) {
+    Imath::V3f reciprocals;
+    for (int k = 0; k < 3; ++k) {
+      signs |= std::signbit(ray_.direction[k]) ? 1U << k : 0U;
+      reciprocals[k] = finite_reciprocal(lengthens ? ray_.direction[k] * kLengthen : ray_.direction[k]);
+    }
+    const Interval whole{t_min * unit, t_far * unit};
+    if (!Interval(whole).cut(tree_.clip_bounds.min, tree_.clip_bounds.max, ray_, reciprocals)) return false;
+    for (stack_ = {{tree_.root, whole.enter, whole.leave}}; !stack_.empty();) {
       const Cell cell = stack_.back();
-      if (!(cell.enter <= t_far * kBeyond)) return false;
+      if (!(cell.enter <= t_far * unit * kBeyond)) return false;
       stack_.pop_back();
       if ((cell.child & kLeafBit) != 0) {
         if (test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
         continue;
       }
       ++cost_.nodes;
-      const BoxNode& node = tree_.boxes.nodes[cell.child];
+      const BoxNode& node = tree_.nodes[cell.child];
       for (uint32_t position = kWideLanes; position-- > 0;) { // from far to near
         const uint32_t lane = (node.order[signs] >> (4 * position)) & 7U;
-        Interval inside{t_min, t_far};
+        Interval inside{t_min * unit, t_far * unit};
         if (node.child[lane] != kEmptyChild &&
             inside.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
-                       {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, ray_, 0.0f))
+                       {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, ray_, reciprocals))
           stack_.push_back({node.child[lane], inside.enter, inside.leave});
       }
     }
@@ -116,15 +127,14 @@ class TreeWalk {
   // intervals and entry point disagree on the near child, pushes all of them and returns no child.
   Cell descend(const Cell& cell) {
     ++cost_.nodes;
-    const WideNode& node = tree_.nodes[cell.child];
+    const MovingNode& node = tree_.moving_nodes[cell.child];
     const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
     std::array<float, kWideLanes> begin{}, end{}; // distances to planes, as ends of intervals
     uint32_t above = 0, down = 0;
     for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
       const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
       if (axis > 2 || lane == kAxesLane) continue;
-      const float plane = tree_.deforms() ? node.planes[lane] + tree_.displacements[cell.child].lanes[lane] * fraction_
-                                          : node.planes[lane];
+      const float plane = node.planes[lane] + node.displacements[lane] * fraction_;
       const float reciprocal = 1.0f / ray_.direction[axis];
       const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
       const float distance = plane - ray_.origin[axis], wide = steep_ ? std::copysign(margin_, reciprocal) : 0.0f;

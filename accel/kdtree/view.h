@@ -9,11 +9,12 @@
 #pragma once
 
 #include "accel/affine.h"
+#include "accel/kdtree/box_node.h"
+#include "accel/kdtree/deforming/moving_node.h"
 #include "accel/kdtree/deforming/time_slice.h"
 #include "accel/kdtree/instance_node.h"
 #include "accel/kdtree/leaf_format.h"
 #include "accel/kdtree/tree_hit.h"
-#include "accel/kdtree/wide_node.h"
 #include "accel/ray.h"
 
 #include <algorithm>
@@ -44,8 +45,8 @@ struct MeshIds {
 
 // One tree. The fields are those of Tree.
 struct TreeView {
-  std::span<const WideNode> nodes;
-  std::span<const PlaneDisplacements> displacements; // of a deforming tree
+  std::span<const BoxNode> nodes;           // of a static tree
+  std::span<const MovingNode> moving_nodes; // of a deforming tree
   std::span<const LeafUnit> leaves;
   std::span<const MeshIds> meshes; // sorted by first_primitive
   ChildWord root = kEmptyChild;
@@ -125,7 +126,7 @@ struct StructureView {
 template <class F>
 void for_each_array(TreeView& tree, F&& f) {
   f(tree.nodes);
-  f(tree.displacements);
+  f(tree.moving_nodes);
   f(tree.leaves);
   f(tree.meshes);
 }
@@ -144,7 +145,7 @@ void for_each_array(StructureView& view, F&& f) {
 // Everything can be copied as bytes.
 template <class... T>
 inline constexpr bool kPlain = (std::is_trivially_copyable_v<T> && ...);
-static_assert(kPlain<WideNode, PlaneDisplacements, LeafUnit, MeshIds, InstanceNode, PlainBox, MatrixKey>);
+static_assert(kPlain<BoxNode, MovingNode, LeafUnit, MeshIds, InstanceNode, PlainBox, MatrixKey>);
 static_assert(kPlain<TreeView, TransformedView, DeformingView, MovingView, StructureView>);
 static_assert(sizeof(TransformedView) == 64 && sizeof(MovingView) == 80);
 

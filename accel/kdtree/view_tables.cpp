@@ -36,7 +36,7 @@ std::span<const T> span_of(const AlignedArray<T>& array) {
 TreeView without_meshes(const Tree& tree) {
   TreeView view;
   view.nodes = span_of(tree.nodes);
-  view.displacements = span_of(tree.displacements);
+  view.moving_nodes = span_of(tree.moving_nodes);
   view.leaves = span_of(tree.leaves);
   view.root = tree.root;
   view.largest_extent = tree.largest_extent;

@@ -4,12 +4,12 @@
 #include "accel/kdtree/build.h"
 #include "accel/kdtree/layout.h"
 #include "tests/accel/accel_scenes.h"
+#include "tests/accel/tree_cells.h"
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
-#include <map>
+#include <optional>
 #include <set>
 
 namespace kindling::accel::kd {
@@ -17,17 +17,21 @@ namespace {
 
 using accel::testing::Mesh;
 using accel::testing::Rng;
+using accel::testing::TreeCells;
 using Imath::Box3f;
 using Imath::V3f;
 
 struct BuiltTree {
   std::vector<Geometry> geometries;
   Tree tree;
+  std::optional<TreeCells> cells;
 
   explicit BuiltTree(const Mesh& mesh) : geometries{{{mesh.positions, mesh.indices, true}, 0, 0, 0}} {
     const BuildOptions options;
     BuildMonitor monitor(options, mesh.indices.size() / 3);
-    tree = lay_out(build_binary_tree(config_for(Quality::balanced), geometries, monitor), geometries);
+    BinaryTree binary = build_binary_tree(config_for(Quality::balanced), geometries, monitor);
+    cells.emplace(binary.root, binary.bounds);
+    tree = lay_out(std::move(binary), geometries);
   }
 };
 
@@ -42,28 +46,6 @@ std::vector<Mesh> meshes() {
           testing::duplicates(300)};
 }
 
-// Calls f(leaf, cell) for the leaves of the walk by planes.
-template <class F>
-void for_each_cell(const Tree& tree, ChildWord child, const Box3f& cell, const F& f) {
-  if (child == kEmptyChild) return;
-  if ((child & kLeafBit) != 0) return f(child, cell);
-  const WideNode& node = tree.nodes[child];
-  const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
-  for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
-    if (node.child[lane] == kEmptyChild) continue;
-    Box3f part = cell;
-    uint32_t range = 0;
-    for (uint32_t level = 0; level < kWideLevels; ++level) {
-      const uint32_t at = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + range;
-      const uint32_t side = (lane >> (kWideLevels - 1 - level)) & 1;
-      if (!std::isinf(node.planes[at]))
-        (side == 0 ? part.max : part.min)[static_cast<int>((axes >> (2 * at)) & 3)] = node.planes[at];
-      range = 2 * range + side;
-    }
-    for_each_cell(tree, node.child[lane], part, f);
-  }
-}
-
 Box3f box_of(const BoxNode& node, uint32_t lane) {
   return {{node.low[0][lane], node.low[1][lane], node.low[2][lane]},
           {node.high[0][lane], node.high[1][lane], node.high[2][lane]}};
@@ -71,11 +53,11 @@ Box3f box_of(const BoxNode& node, uint32_t lane) {
 
 bool contains(const Box3f& box, const Box3f& other) { return box.intersects(other.min) && box.intersects(other.max); }
 
-// Calls f(leaf, box) for the leaves of the walk by boxes; checks that boxes contain those below.
+// Calls f(leaf, box) for the leaves in the order of lanes; checks that boxes contain those below.
 template <class F>
 void for_each_box(const Tree& tree, ChildWord child, const Box3f& box, const F& f) {
   if ((child & kLeafBit) != 0) return f(child, box);
-  const BoxNode& node = tree.boxes.nodes[child];
+  const BoxNode& node = tree.nodes[child];
   for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
     if (node.child[lane] == kEmptyChild) continue;
     ASSERT_TRUE(contains(box, box_of(node, lane)));
@@ -88,17 +70,15 @@ TEST(BoxLayout, BoxesHoldTheTrianglesOfTheirCells) {
   for (const Mesh& mesh : meshes()) {
     const BuiltTree built(mesh);
     const Tree& tree = built.tree;
-    std::map<ChildWord, Box3f> cells, boxes;
-    for_each_cell(tree, tree.root, tree.bounds, [&](ChildWord leaf, const Box3f& cell) { cells[leaf] = cell; });
-    for_each_box(tree, tree.boxes.root, tree.bounds, [&](ChildWord leaf, const Box3f& box) {
-      EXPECT_TRUE(boxes.emplace(leaf, box).second); // each leaf once
-    });
-    ASSERT_EQ(cells.size(), tree.leaf_count);
+    std::vector<std::pair<ChildWord, Box3f>> boxes;
+    for_each_box(tree, tree.root, tree.bounds,
+                 [&](ChildWord leaf, const Box3f& box) { boxes.emplace_back(leaf, box); });
     ASSERT_EQ(boxes.size(), tree.leaf_count);
+    ASSERT_EQ(boxes.size(), built.cells->leaves.size());
     size_t inside = 0;
-    for (const auto& [leaf, box] : boxes) {
-      ASSERT_TRUE(cells.contains(leaf));
-      const Box3f& cell = cells[leaf];
+    for (size_t number = 0; number < boxes.size(); ++number) {
+      const auto& [leaf, box] = boxes[number];
+      const Box3f& cell = built.cells->leaves[number];
       EXPECT_TRUE(contains(cell, box));
       for (const LeafUnit* unit = tree.leaves.data() + (leaf & ~kLeafBit);;) {
         const LeafBlock block(unit);
@@ -135,8 +115,8 @@ TEST(BoxLayout, ChildrenAreInTheOrderOfEveryRay) {
   size_t pairs = 0;
   for (const Mesh& mesh : meshes()) {
     const BuiltTree built(mesh);
-    for (size_t n = 1; n < built.tree.boxes.nodes.size(); ++n) {
-      const BoxNode& node = built.tree.boxes.nodes[n];
+    for (size_t n = 1; n < built.tree.nodes.size(); ++n) {
+      const BoxNode& node = built.tree.nodes[n];
       for (uint32_t signs = 0; signs < 8; ++signs) {
         std::vector<uint32_t> order;
         for (uint32_t i = 0; i < kWideLanes; ++i) order.push_back((node.order[signs] >> (4 * i)) & 15U);
@@ -157,8 +137,8 @@ TEST(BoxLayout, ChildrenAreInTheOrderOfEveryRay) {
 TEST(BoxLayout, LanesWithoutChildAreNeverEntered) {
   for (const Mesh& mesh : meshes()) {
     const BuiltTree built(mesh);
-    for (size_t n = 1; n < built.tree.boxes.nodes.size(); ++n) {
-      const BoxNode& node = built.tree.boxes.nodes[n];
+    for (size_t n = 1; n < built.tree.nodes.size(); ++n) {
+      const BoxNode& node = built.tree.nodes[n];
       uint32_t children = 0;
       for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
         const bool used = node.child[lane] != kEmptyChild;
@@ -174,15 +154,18 @@ TEST(BoxLayout, LanesWithoutChildAreNeverEntered) {
 }
 
 // Sets up a complete binary tree over boxes along x, and returns its leaves' number.
-uint32_t complete_tree(StackArena<BinaryNode>& arena, BinaryNode& node, uint32_t levels, float low, float high) {
+uint32_t complete_tree(TreeArena& arena, BinaryNode& node, uint32_t levels, float low, float high) {
   node.bounds = Box3f(V3f(low, 0, 0), V3f(high, 1, 1));
   if (levels == 0) {
+    LeafReference* reference = arena.references.allocate(1);
+    *reference = {0, 0};
     node.count = 1;
+    node.references = reference;
     return 1;
   }
   node.axis = 0;
   node.position = 0.5f * (low + high);
-  node.children = arena.allocate(2);
+  node.children = arena.nodes.allocate(2);
   node.children[0] = node.children[1] = BinaryNode();
   const uint32_t leaves = complete_tree(arena, node.children[0], levels - 1, low, node.position) +
                           complete_tree(arena, node.children[1], levels - 1, node.position, high);
@@ -192,11 +175,39 @@ uint32_t complete_tree(StackArena<BinaryNode>& arena, BinaryNode& node, uint32_t
 
 TEST(BoxLayout, FillsItsNodes) {
   for (const uint32_t levels : {1U, 3U, 6U, 9U}) {
-    StackArena<BinaryNode> arena;
-    BinaryNode root;
-    const uint32_t leaves = complete_tree(arena, root, levels, 0.0f, 1024.0f);
-    const BoxTree tree = lay_out_boxes(root);
-    EXPECT_EQ(tree.nodes.size() - 1, (leaves - 1 + 6) / 7); // of eight children each
+    const Mesh mesh = testing::duplicates(1);
+    const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
+    BinaryTree binary;
+    binary.triangle_count = 1;
+    TreeArena& arena = binary.arenas.emplace_back();
+    const uint32_t leaves = complete_tree(arena, binary.root, levels, 0.0f, 1024.0f);
+    binary.bounds = binary.root.bounds;
+    const Tree tree = lay_out(std::move(binary), geometries);
+    EXPECT_EQ(tree.node_count(), (leaves - 1 + 6) / 7); // of eight children each
+    EXPECT_EQ(tree.leaf_count, leaves);
+  }
+}
+
+// The costs of all numbers of lanes at once are those of each number.
+TEST(BoxLayout, CostsAreThoseOfTheBestShares) {
+  Rng rng(131);
+  for (int round = 0; round < 200; ++round) {
+    std::array<BinaryNode, 2> children{};
+    for (BinaryNode& child : children) {
+      child.bounds = Box3f(V3f(0), V3f(1));
+      child.count = 1;
+      const bool leaf = rng() % 3 == 0;
+      float cost = testing::uniform(rng);
+      for (float& c : child.area_cost) c = leaf ? 0.0f : cost *= testing::uniform(rng, 0.7f, 1.0f);
+    }
+    BinaryNode node;
+    node.axis = 0;
+    node.children = children.data();
+    choose_boxes(node, 1.0);
+    const float own = 3.0f + share_lanes(node, kWideLanes).cost;
+    EXPECT_EQ(node.area_cost[0], own);
+    for (uint32_t lanes = 2; lanes < kWideLanes; ++lanes)
+      EXPECT_EQ(node.area_cost[lanes - 1], std::min(own, share_lanes(node, lanes).cost));
   }
 }
 

@@ -6,6 +6,7 @@
 #include "accel/kdtree/tables.h"
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/clip_bounds.h"
+#include "tests/accel/tree_cells.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -22,6 +23,7 @@ namespace {
 using accel::testing::clip_bounds;
 using accel::testing::Mesh;
 using accel::testing::Rng;
+using accel::testing::TreeCells;
 using Imath::Box3f;
 using Imath::V3f;
 
@@ -75,25 +77,23 @@ TEST(Tables, ChildOrderMatchesTreeWalk) {
   }
 }
 
-// Walks a finished tree and checks that every triangle is in every leaf whose cell it crosses, and
-// that all used lanes are reachable.
+// Walks a finished tree and checks that every triangle is in every leaf whose cell it crosses.
 class LayoutWalk {
  public:
-  LayoutWalk(const Tree& tree, const Mesh& mesh) : tree_(tree), mesh_(mesh) { walk(tree.root, tree.bounds, 0); }
+  LayoutWalk(const Tree& tree, const TreeCells& cells, const Mesh& mesh) : tree_(tree), cells_(cells), mesh_(mesh) {
+    walk(tree.root, 0);
+    for (const Box3f& cell : cells.empty) expect_none(cell, {});
+  }
 
   size_t leaves = 0, references = 0, missing = 0;
-  uint32_t wide_depth = 0;
+  uint32_t depth = 0;
   std::set<uint32_t> seen;
 
  private:
-  void walk(ChildWord child, const Box3f& box, uint32_t depth) {
-    if (child == kEmptyChild) {
-      expect_none(box, {});
-      return;
-    }
+  void walk(ChildWord child, uint32_t level) {
+    if (child == kEmptyChild) return;
     if ((child & kLeafBit) != 0) {
-      ++leaves;
-      wide_depth = std::max(wide_depth, depth);
+      depth = std::max(depth, level);
       std::set<uint32_t> inside;
       for (const LeafUnit* unit = tree_.leaves.data() + (child & ~kLeafBit);;) {
         const LeafBlock block(unit);
@@ -108,33 +108,10 @@ class LayoutWalk {
         unit += block.unit_count();
       }
       seen.insert(inside.begin(), inside.end());
-      expect_none(box, inside);
+      expect_none(cells_.leaves.at(leaves++), inside);
       return;
     }
-    const WideNode& node = tree_.nodes[child];
-    const uint32_t axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
-    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
-      Box3f cell = box;
-      bool reachable = true;
-      uint32_t range = 0;
-      for (uint32_t level = 0; level < kWideLevels; ++level) {
-        const uint32_t plane_lane = (level == 0 ? kRootLane : level == 1 ? kSecondLane : kThirdLane) + range;
-        const float plane = node.planes[plane_lane];
-        const int axis = static_cast<int>((axes >> (2 * plane_lane)) & 3);
-        const uint32_t side = (lane >> (kWideLevels - 1 - level)) & 1;
-        if (std::isinf(plane)) {
-          reachable = reachable && side == 0;
-        } else {
-          (side == 0 ? cell.max : cell.min)[axis] = plane;
-        }
-        range = 2 * range + side;
-      }
-      if (reachable) {
-        walk(node.child[lane], cell, depth + 1);
-      } else {
-        EXPECT_EQ(node.child[lane], kEmptyChild);
-      }
-    }
+    for (const ChildWord below : tree_.nodes[child].child) walk(below, level + 1);
   }
 
   // Expects the stored vertices of a triangle to equal its own, bit for bit.
@@ -161,6 +138,7 @@ class LayoutWalk {
   }
 
   const Tree& tree_;
+  const TreeCells& cells_;
   const Mesh& mesh_;
 };
 
@@ -174,36 +152,63 @@ TEST(Layout, CellsContainTheirTriangles) {
     BuildMonitor monitor(options, mesh.indices.size() / 3);
     const Config config;
     const std::vector<Geometry> geometries = {geometry};
-    const Tree tree = lay_out(build_binary_tree(config, geometries, monitor), geometries);
-    const LayoutWalk walk(tree, mesh);
+    BinaryTree binary = build_binary_tree(config, geometries, monitor);
+    const TreeCells cells(binary.root, binary.bounds);
+    const Tree tree = lay_out(std::move(binary), geometries);
+    const LayoutWalk walk(tree, cells, mesh);
+    EXPECT_EQ(walk.leaves, cells.leaves.size());
     EXPECT_EQ(walk.missing, 0U);
     EXPECT_EQ(walk.seen.size(), tree.triangle_count);
     EXPECT_EQ(walk.leaves, tree.leaf_count);
     EXPECT_EQ(walk.references, tree.reference_count);
-    EXPECT_LE(walk.wide_depth, kMaxWideDepth);
+    EXPECT_LE(walk.depth, kMaxWideDepth);
   }
 }
 
-uint32_t wide_depth(const Tree& tree, ChildWord child) {
+// Returns the number of nodes on the longest path below a child.
+template <class Node>
+uint32_t depth_below(const AlignedArray<Node>& nodes, ChildWord child) {
   if (child == kEmptyChild || (child & kLeafBit) != 0) return 0;
   uint32_t deepest = 0;
-  for (const ChildWord below : tree.nodes[child].child) deepest = std::max(deepest, wide_depth(tree, below));
+  for (const ChildWord below : nodes[child].child) deepest = std::max(deepest, depth_below(nodes, below));
   return 1 + deepest;
 }
 
-uint32_t box_depth(const Tree& tree, ChildWord child) {
-  if (child == kEmptyChild || (child & kLeafBit) != 0) return 0;
-  uint32_t deepest = 0;
-  for (const ChildWord below : tree.boxes.nodes[child].child) deepest = std::max(deepest, box_depth(tree, below));
-  return 1 + deepest;
-}
-
-size_t leaves_below(const Tree& tree, ChildWord child) {
+template <class Node>
+size_t leaves_below(const AlignedArray<Node>& nodes, ChildWord child) {
   if (child == kEmptyChild) return 0;
   if ((child & kLeafBit) != 0) return 1;
   size_t leaves = 0;
-  for (const ChildWord below : tree.nodes[child].child) leaves += leaves_below(tree, below);
+  for (const ChildWord below : nodes[child].child) leaves += leaves_below(nodes, below);
   return leaves;
+}
+
+// Returns a path of kMaxDepth inner nodes, each with a leaf beside it. `join`: by their costs nodes
+// share finished nodes as far as possible, else they share none.
+BinaryTree deepest_tree(const Mesh& mesh, bool join) {
+  BinaryTree binary;
+  binary.bounds = mesh.bounds();
+  binary.triangle_count = 1;
+  TreeArena& arena = binary.arenas.emplace_back();
+  BinaryNode* node = &binary.root;
+  for (uint32_t depth = 0; depth < kMaxDepth; ++depth) {
+    node->axis = depth % 2;
+    node->position = 0.5f;
+    node->area_cost.fill(join ? 0.5f : 1.0f);
+    node->area_cost[0] = 1.0f;
+    node->children = arena.nodes.allocate(2);
+    for (uint32_t side = 0; side < 2; ++side) {
+      BinaryNode& child = node->children[side];
+      child = BinaryNode();
+      LeafReference* reference = arena.references.allocate(1);
+      *reference = {0, 0};
+      child.count = 1;
+      child.references = reference;
+    }
+    node = &node->children[depth % 3 == 0 ? 0 : 1];
+    if (depth + 1 < kMaxDepth) node->count = 0;
+  }
+  return binary;
 }
 
 TEST(Layout, DeepestTreeFitsStack) {
@@ -211,35 +216,27 @@ TEST(Layout, DeepestTreeFitsStack) {
   mesh.add_triangle(V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
   const std::vector<Geometry> geometries = {{{mesh.positions, mesh.indices, true}, 0, 0, 0}};
   for (const bool join : {false, true}) {
-    BinaryTree binary;
-    binary.bounds = mesh.bounds();
-    binary.triangle_count = 1;
-    TreeArena& arena = binary.arenas.emplace_back();
-    BinaryNode* node = &binary.root;
-    for (uint32_t depth = 0; depth < kMaxDepth; ++depth) {
-      node->axis = depth % 2;
-      node->position = 0.5f;
-      // Costs for which no node shares its parent's wide node, or every node does as far as
-      // possible.
-      node->cut_cost = {1.0f, join ? 0.5f : 1.0f, join ? 0.5f : 1.0f};
-      node->children = arena.nodes.allocate(2);
-      for (uint32_t side = 0; side < 2; ++side) {
-        BinaryNode& child = node->children[side];
-        child = BinaryNode();
-        LeafReference* reference = arena.references.allocate(1);
-        *reference = {0, 0};
-        child.count = 1;
-        child.references = reference;
-      }
-      node = &node->children[depth % 3 == 0 ? 0 : 1];
-      if (depth + 1 < kMaxDepth) node->count = 0;
-    }
-    const Tree tree = lay_out(std::move(binary), geometries);
-    EXPECT_LE(wide_depth(tree, tree.root), kMaxWideDepth);
-    EXPECT_EQ(wide_depth(tree, tree.root) == kMaxDepth / kWideLevels, join);
-    EXPECT_LE(box_depth(tree, tree.boxes.root), kMaxWideDepth);
-    EXPECT_EQ(leaves_below(tree, tree.root), size_t{kMaxDepth} + 1);
+    const Tree tree = lay_out(deepest_tree(mesh, join), geometries);
+    EXPECT_LE(depth_below(tree.nodes, tree.root), kMaxWideDepth);
+    EXPECT_EQ(leaves_below(tree.nodes, tree.root), size_t{kMaxDepth} + 1);
     EXPECT_EQ(tree.leaf_count, size_t{kMaxDepth} + 1);
+  }
+}
+
+TEST(Layout, DeepestDeformingTreeFitsStack) {
+  Mesh mesh;
+  mesh.add_triangle(V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
+  const std::vector<V3f> later = mesh.positions;
+  const std::vector<std::span<const V3f>> keys = {later};
+  Geometry geometry{{mesh.positions, mesh.indices, true}, 0, 0, 0};
+  geometry.mesh.later_positions = keys;
+  const TimeSlice slice{0.0f, 1.0f};
+  for (const bool join : {false, true}) {
+    const Tree tree = lay_out(deepest_tree(mesh, join), {geometry}, &slice);
+    const uint32_t depth = depth_below(tree.moving_nodes, tree.root);
+    EXPECT_LE(depth, kMaxWideDepth);
+    EXPECT_EQ(depth == kMaxDepth / kWideLevels, join);
+    EXPECT_EQ(leaves_below(tree.moving_nodes, tree.root), size_t{kMaxDepth} + 1);
   }
 }
 
@@ -258,12 +255,7 @@ TEST(Layout, IsBitIdenticalForAnyThreadCount) {
       ASSERT_EQ(trees[i].root, trees[0].root);
       ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size());
       ASSERT_EQ(trees[i].leaves.size(), trees[0].leaves.size());
-      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(WideNode)), 0);
-      ASSERT_EQ(trees[i].boxes.root, trees[0].boxes.root);
-      ASSERT_EQ(trees[i].boxes.nodes.size(), trees[0].boxes.nodes.size());
-      EXPECT_EQ(std::memcmp(trees[i].boxes.nodes.data(), trees[0].boxes.nodes.data(),
-                            trees[0].boxes.nodes.size() * sizeof(BoxNode)),
-                0);
+      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(BoxNode)), 0);
       EXPECT_EQ(std::memcmp(trees[i].leaves.data(), trees[0].leaves.data(), trees[0].leaves.size() * sizeof(LeafUnit)),
                 0);
     }

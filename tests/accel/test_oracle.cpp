@@ -113,6 +113,33 @@ TEST_P(Oracle, AgreesOnRaysInSplitPlanes) {
   EXPECT_GT(comparison.hits, comparison.rays / 2);
 }
 
+// Directions so short that their reciprocals, and even some of their components, leave the range of
+// normal numbers; in planes too.
+TEST_P(Oracle, AgreesOnShortDirections) {
+  Rng rng(433);
+  TestScene scene;
+  scene.add_instance(scene.add_group({shared_planes(rng, 100), sphere(12, 24, 0.7f, V3f(0))}), M44f());
+  const auto oracle = build(Kind::brute_force, scene);
+  BuildOptions options;
+  options.simd = GetParam();
+  const auto tested = build(Kind::kdtree, scene, options);
+  Comparison comparison;
+  for (const float length : {1e-15f, 1e-18f, 1e-19f, 1e-25f, 1e-30f, 1e-36f, 1e-37f}) {
+    std::vector<Ray> rays = random_rays(rng, scene.bounds(), 2000);
+    for (const std::vector<Ray>& more : {axis_parallel_rays(rng, scene, 1000), aimed_rays(rng, scene, 2000)})
+      rays.insert(rays.end(), more.begin(), more.end());
+    for (Ray& ray : rays) {
+      ray.direction *= length;
+      ray.t_min /= length;
+      ray.t_max /= length;
+      if (rng() % 3 == 0) ray.direction[static_cast<int>(rng() % 3)] *= 1e-6f;
+    }
+    compare(*oracle, *tested, rays, 64, comparison);
+  }
+  EXPECT_EQ(comparison.failures, 0U) << comparison.first_failure;
+  EXPECT_GT(comparison.hits, comparison.rays / 4);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Oracle, ::testing::ValuesIn(simd_targets()), simd_label);
 
 } // namespace

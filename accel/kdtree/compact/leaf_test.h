@@ -32,11 +32,8 @@ namespace kindling::accel::kd::compact {
 }
 
 // The state of a tree at the time of a ray: nothing for a static one.
-struct Static {
-  static constexpr bool kDeforms = false;
-};
+struct Static {};
 struct Deforming {
-  static constexpr bool kDeforms = true;
   float time = 0.0f;     // within the shutter, in [0, 1]
   float fraction = 0.0f; // within the slice
 };

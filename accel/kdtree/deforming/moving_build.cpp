@@ -4,8 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_build.h"
 
+#include "accel/kdtree/deforming/plane_cuts.h"
 #include "accel/kdtree/subtree.h"
-#include "accel/kdtree/wide_cuts.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/task_group.h>

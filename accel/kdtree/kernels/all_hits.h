@@ -75,31 +75,18 @@ template <class Motion>
   }
 }
 
-template <bool kSteepRay, class Motion, class Ends>
-[[gnu::noinline]] void cross_clipped(const Tree& tree, Motion motion, Ends ends, const WalkingRay& ray, float enter,
-                                     float leave, const CandidateFilter& filter, CrossingCollector& collector) {
-  float t_far = collector.t_far();
-  const auto cross = [&](const LeafUnit* unit) __attribute__((always_inline)) {
-    cross_leaf(unit, motion, ray.shear, ray.t_min, filter, collector, t_far);
-    return false;
-  };
-  walk_cell<false, kSteepRay>(tree, motion, ends, ray, tree.root, enter, leave, t_far, cross);
-}
-
 // Adds the crossings of a ray, which is in the tree's space and satisfies can_hit(), with a tree. A
 // triangle that is met in several cells is added for each, with the same bits.
 template <class Motion>
-inline void cross_tree(const Tree& tree, Motion motion, const Ray& ray, float t_min, const CandidateFilter& filter,
-                       CrossingCollector& collector) {
+[[gnu::noinline]] void cross_tree(const Tree& tree, Motion motion, const Ray& ray, float t_min,
+                                  const CandidateFilter& filter, CrossingCollector& collector) {
   assert(can_hit(ray));
-  float enter = t_min, leave = collector.t_far();
-  const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
-  if (!clip_to_tree(tree, motion, load_origin(ray), reciprocal, enter, leave)) return;
-  const WalkingRay walking = walking_ray(ray, reciprocal, t_min);
-  if (is_steep(ray.direction, motion))
-    cross_clipped<true>(tree, motion, Relative(), walking, enter, leave, filter, collector);
-  else
-    cross_clipped<false>(tree, motion, ends_of(tree, motion, reciprocal), walking, enter, leave, filter, collector);
+  float t_far = collector.t_far();
+  const auto cross = [&](const LeafUnit* unit, const RayShear& shear) __attribute__((always_inline)) {
+    cross_leaf(unit, motion, shear, t_min, filter, collector, t_far);
+    return false;
+  };
+  walk_tree<false>(tree, motion, ray, t_min, t_far, cross);
 }
 
 // Calls cross(i) for the instances that the ray may enter before the collector's end.

@@ -1,10 +1,9 @@
 // Single-ray traversal of a static tree by the boxes of its nodes.
 //
 // A ray visits the children whose boxes it enters in the order of their cells, which are disjoint,
-// so the first box that begins beyond a hit ends the search, as in the walk by planes (traversal.h,
-// whose rules for rounding apply). Boxes leave out the empty space that planes can only cut off one
-// by one: a ray visits a quarter fewer nodes, and never an empty cell. Not for rays that may lie in
-// a plane, whose order of cells is not that of their signs.
+// so the first box that begins beyond a hit ends the search. Boxes leave out the empty space that
+// planes can only cut off one by one: a ray visits a quarter fewer nodes than by planes, and never
+// an empty cell. See traversal.h for the rules of rounding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,11 +11,12 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Calls test(leaf) for the leaves whose boxes the ray enters up to t_far, which the call may
-// narrow, until it returns true, which is then the result. kAny: the first hit ends the ray.
+// Walks the subtree `child`, a node or a leaf. Calls test(leaf) for the leaves whose boxes the ray
+// enters up to t_far, which the call may narrow, until it returns true, which is then the result.
+// kAny: the first hit ends the ray. The ray's reciprocals are finite.
 template <bool kAny, class Test>
-[[gnu::always_inline]] inline bool walk_boxes(const Tree& tree, const WalkingRay& ray, const float& t_far,
-                                              const Test& test) {
+[[gnu::always_inline]] inline bool walk_boxes(const Tree& tree, const WalkingRay& ray, ChildWord child,
+                                              const float& t_far, const Test& test) {
   // The children of a node in the order of the ray, and where it enters their boxes.
   struct alignas(64) Frame {
     std::array<float, kWideLanes> enter;
@@ -45,13 +45,12 @@ template <bool kAny, class Test>
   uint32_t rest = 1;
   frames[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
   frames[0].child[0] = kEmptyChild;
-  ChildWord child = tree.boxes.root;
   while (true) {
     while (static_cast<int32_t>(child) > 0) {
       rests[top] = rest;
       top += static_cast<size_t>(rest != 0);
       assert(top < kFrames);
-      const BoxNode& node = tree.boxes.nodes[child];
+      const BoxNode& node = tree.nodes[child];
       const float* faces = node.low[0].data();
       const auto distance = [&](size_t face, size_t k) __attribute__((always_inline)) {
         return (Lanes8::load(faces + face) - origin[k]) * reciprocal[k];
@@ -70,8 +69,7 @@ template <bool kAny, class Test>
       // Prefetches the next cell, or an unneeded one if there is none. Any-hit rays often end
       // before they need it.
       if (!kAny)
-        prefetch_child(tree, tree.boxes.nodes,
-                       frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
+        prefetch_child(tree, tree.nodes, frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
     if (child != kEmptyChild && test(tree.leaves.data() + (child & ~kLeafBit))) return true;
     if (rest == 0) rest = rests[--top];

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/plane_walk.h"
 #include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {

@@ -1,23 +1,25 @@
 // Packet traversal: nearby rays of similar direction in lockstep, sixteen to a register.
 //
-// All rays of a packet have the same signs of direction, so that they agree on the near child of a
-// plane, and the same largest axis, so that they shear triangles alike. A wide node is traversed
-// plane by plane: a plane that all rays cross outside of their intervals costs one comparison for
-// all of them. The interval of a ray that does not enter a cell is empty, stays empty further down,
-// and needs no mask.
+// All rays of a packet have the same signs of direction, so that they meet the children of a node
+// in the same order, and the same largest axis, so that they shear triangles alike. A node costs
+// one test of its eight boxes against bounds of all rays (Boulos, Wald, Shirley, "Geometric and
+// Arithmetic Culling Methods for Entire Ray Packets", 2006). The boxes that remain wait on a stack
+// until their turn, when many lie beyond hits found meanwhile; then rays are tested one register
+// after another, and no further than is needed to know that two of them enter a node. Nothing is
+// remembered of single rays on the way down: a leaf tests all against its box.
 //
 // Four registers, 8 x 8 pixels of camera rays, share the traversal, so that nodes are fetched,
-// branches predicted and packets set up once for 64 rays. A register that enters a cell alone
-// continues by itself, and so do, as in trace_tree(), its last one or two rays. Batches in which
+// branches predicted and packets set up once for 64 rays. A register that enters a node alone
+// continues by itself, and so do its last one or two rays, as in trace_tree(). Batches in which
 // many shadow rays end up alone are faster in a stream, which the rest of the batch then uses: if
 // more than one ray in four does, by experiment. Tried without gain for shadow rays, on few scenes
-// and repetitions: packets of mixed signs, with near and far exchanged by masks (0 to 8 % slower);
-// tracing the first register of a batch alone to detect incoherence earlier (no gain overall), and
-// with it a threshold of one in eight (helps where rays scatter, hurts elsewhere).
+// and repetitions: tracing the first register of a batch alone to detect incoherence earlier (no
+// gain overall), and with it a threshold of one in eight (helps where rays scatter, hurts
+// elsewhere).
 //
-// Distances to planes, intervals and triangle tests are those of trace_tree(), operation by
-// operation. A ray may be taken through cells that it would not have entered alone, if only
-// rounding kept it out; that changes no hit. Registers are sixteen wide on every target.
+// Distances to boxes and triangle tests are those of trace_tree(), operation by operation. A ray
+// may be taken through boxes that it would not have entered alone, which changes no hit. Registers
+// are sixteen wide on every target.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,24 +46,40 @@ class Packet {
   [[nodiscard]] bool is_incoherent() const { return kAny && lone_ * 4 > traced_; }
   void start_batch() { lone_ = traced_ = 0; }
 
-  // Traces the first kCount registers, whose rays must be of one class.
+  // Traces the first kCount registers, whose rays must be of one class, through a tree that is not
+  // empty.
   template <uint32_t kCount>
   void trace() {
-    Cell<kCount> cell;
-    uint32_t enters = 0;
     traced_ += kCount * kRayLanes;
+    known_bounds_ = 0;
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) { rays_[r].prepare(); });
+    for (uint32_t k = 0; k < 3; ++k) {
+      const bool down = rays_[0].points_down(k);
+      near_[k] = kWideLanes * k + (down ? kHighFaces : 0);
+      far_[k] = kWideLanes * k + (down ? 0 : kHighFaces);
+    }
+    signs_ = 0;
+    for (uint32_t k = 0; k < 3; ++k) signs_ |= (rays_[0].points_down(k) != kAny ? 1U : 0U) << k;
+    const Imath::Box3f& box = scene_.tree.clip_bounds;
+    const auto face = [&](bool high, uint32_t k) { return (high ? box.max : box.min)[static_cast<int>(k)]; };
+    uint32_t active[kCount], registers = 0;
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      rays_[r].prepare_shear();
-      enters |= rays_[r].clip_to_bounds(scene_.tree.clip_bounds, cell.enter[r], cell.leave[r]);
+      active[r] = rays_[r].entering([&](uint32_t k) { return face(rays_[0].points_down(k), k); },
+                                    [&](uint32_t k) { return face(!rays_[0].points_down(k), k); });
+      registers |= (active[r] != 0 ? 1U : 0U) << r;
     });
-    for (uint32_t k = 0; k < 3; ++k) down_[k] = rays_[0].points_down(k) ? 1 : 0;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = cell.leave[r] * Lanes16(kWiden); });
-    if (enters != 0) walk<kCount>(rays_, cell, scene_.tree.root, 1);
+    const ChildWord root = scene_.tree.root;
+    if (registers == 0) return;
+    if ((root & kLeafBit) != 0)
+      test_leaf<kCount>(rays_, root, active);
+    else
+      walk<kCount>(rays_, root, registers);
   }
 
  private:
-  // Calls f(0) to f(kCount - 1) with constants. Everything is inlined; otherwise the compiler would
-  // keep cells in memory between steps.
+  static constexpr size_t kHighFaces = offsetof(BoxNode, high) / sizeof(float);
+
+  // Calls f(0) to f(kCount - 1) with constants.
   template <uint32_t kCount, class F>
   [[gnu::always_inline]] static void for_each(const F& f) {
     [&]<uint32_t... kIndex>(std::integer_sequence<uint32_t, kIndex...>) __attribute__((always_inline)) {
@@ -69,152 +87,134 @@ class Packet {
     }
     (std::make_integer_sequence<uint32_t, kCount>());
   }
-  // Intervals of the rays in a cell; empty for rays that do not enter it. `leave` is widened by
-  // kWiden.
-  template <uint32_t kCount>
-  struct alignas(64) Cell {
-    Lanes16 enter[kCount], leave[kCount];
-  };
-  template <uint32_t kCount>
+  // A child of a node that some rays may enter.
   struct Entry {
-    Cell<kCount> cell;
+    uint32_t node;
     ChildWord child;
-    uint32_t heap;
+    uint16_t lane;
+    uint16_t registers; // bit r: rays of register r may enter
+    float enter;        // no ray enters before
   };
-  template <uint32_t kCount>
-  using Stack = std::array<Entry<kCount>, kMaxDepth + 1>;
+  using Stack = std::array<Entry, size_t{kMaxWideDepth} * (kWideLanes - 1) + 2>;
 
-  // Traverses from a cell on: plane `heap` of a wide node, or a leaf.
+  // Returns the mask of the rays of a register that enter a child.
+  [[gnu::always_inline]] uint32_t entering(const PacketRays<kAny>& rays, const BoxNode& node, uint32_t lane) const {
+    const float* faces = node.low[0].data() + lane;
+    return rays.entering(
+        [&](uint32_t k) __attribute__((always_inline)) { return faces[near_[k]]; },
+        [&](uint32_t k) __attribute__((always_inline)) { return faces[far_[k]]; });
+  }
+  // Returns the bounds of the rays, computed once for each register that continues alone.
   template <uint32_t kCount>
-  void walk(PacketRays<kAny>* rays, const Cell<kCount>& start, ChildWord child, uint32_t heap) {
-    Cell<kCount> cell; // kept in registers
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      cell.enter[r] = start.enter[r];
-      cell.leave[r] = start.leave[r];
-    });
-    Entry<kCount>* const stack = stack_of<kCount>();
-    uint32_t top = 0;
-    while (true) {
-      while (static_cast<int32_t>(child) > 0) {
-        if (hand_over<kCount>(rays, cell, child, heap)) {
-          child = kEmptyChild;
-          break;
-        }
-        const WideNode& node = scene_.tree.nodes[child];
-        heap = descend<kCount>(rays, node, child, heap, cell, stack, top);
-        child = node.child[heap - kWideLanes];
-        heap = 1;
-      }
-      if (child != kEmptyChild && test_leaf<kCount>(rays, child, cell)) return;
-      Lanes16 end[kCount];
-      for_each<kCount>([&](auto r) __attribute__((always_inline)) { end[r] = rays[r].end(); });
-      uint32_t alive;
-      do {
-        if (top == 0) return;
-        const Entry<kCount>& entry = stack[--top];
-        alive = 0;
-        for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-          cell.enter[r] = entry.cell.enter[r];
-          cell.leave[r] = min(entry.cell.leave[r], end[r]);
-          alive |= at_most(cell.enter[r], end[r]);
-        });
-        child = entry.child;
-        heap = entry.heap;
-      } while (alive == 0);
+  [[gnu::always_inline]] const RayBounds& bounds_of(const PacketRays<kAny>* rays) {
+    const uint32_t which = kCount == 1 ? static_cast<uint32_t>(rays - rays_) : kPacketRegisters;
+    if (((known_bounds_ >> which) & 1U) == 0) {
+      bounds_[which] = PacketRays<kAny>::template bounds<kCount>(rays);
+      known_bounds_ |= 1U << which;
     }
+    return bounds_[which];
+  }
+  // Returns the end of the farthest ray.
+  template <uint32_t kCount>
+  [[gnu::always_inline]] static float farthest_end(const PacketRays<kAny>* rays) {
+    Lanes16 end = rays[0].ends();
+    for_each<kCount>([&](auto r) __attribute__((always_inline)) { end = max(end, rays[r].ends()); });
+    return max_lane(end);
+  }
+
+  // Traverses the subtree of a node, which rays of the registers of a mask may enter.
+  template <uint32_t kCount>
+  void walk(PacketRays<kAny>* rays, ChildWord root, uint32_t registers) {
+    const RayBounds& bounds = bounds_of<kCount>(rays);
+    float end = farthest_end<kCount>(rays);
+    Entry* const stack = stack_of<kCount>();
+    uint32_t top = push_children(bounds, root, registers, end, stack, 0);
+    while (top != 0) {
+      const Entry entry = stack[--top];
+      if (!(entry.enter <= end * kBeyond)) continue;
+      const BoxNode& node = scene_.tree.nodes[entry.node];
+      const ChildWord child = entry.child;
+      if ((child & kLeafBit) != 0) {
+        uint32_t active[kCount];
+        for_each<kCount>([&](auto r) __attribute__((always_inline)) {
+          active[r] = ((entry.registers >> r) & 1U) != 0 ? entering(rays[r], node, entry.lane) : 0;
+        });
+        test_leaf<kCount>(rays, child, active);
+        end = farthest_end<kCount>(rays);
+        if (kAny && end < 0.0f) return;
+        continue;
+      }
+      if constexpr (kCount == 1) {
+        const uint32_t active = entering(rays[0], node, entry.lane);
+        if (std::popcount(active) > kLoneRays) {
+          top = push_children(bounds, child, 1, end, stack, top);
+        } else if (active != 0) {
+          trace_alone(rays[0], child, active);
+          end = farthest_end<1>(rays);
+        }
+      } else {
+        uint32_t left = entry.registers, found = 0;
+        for (uint32_t rest = left; rest != 0 && (found & (found - 1)) == 0; rest &= rest - 1) {
+          const auto r = static_cast<uint32_t>(std::countr_zero(rest));
+          (entering(rays[r], node, entry.lane) != 0 ? found : left) ^= 1U << r;
+        }
+        if ((found & (found - 1)) != 0) {
+          top = push_children(bounds, child, left, end, stack, top);
+        } else if (found != 0) {
+          walk<1>(rays + std::countr_zero(found), child, 1);
+          end = farthest_end<kCount>(rays);
+        }
+      }
+    }
+  }
+
+  // Pushes the children of a node that rays within the bounds may enter before the end, nearest on
+  // top or, for any hit, farthest: near the surface that shadow rays leave there is little. Returns
+  // the new height of the stack.
+  [[gnu::always_inline]] uint32_t push_children(const RayBounds& bounds, ChildWord number, uint32_t registers,
+                                                float end, Entry* stack, uint32_t top) const {
+    const BoxNode& node = scene_.tree.nodes[number];
+    const float* faces = node.low[0].data();
+    Lanes8 enter(bounds.t_min), leave(end);
+    for (uint32_t k = 0; k < 3; ++k) {
+      // The bounds of distances hold where these are positive. Elsewhere their sign is right, and
+      // that is enough, since rays begin at 0 or later.
+      enter = max(enter,
+                  (Lanes8::load(faces + near_[k]) - Lanes8(bounds.near_origin[k])) * Lanes8(bounds.near_reciprocal[k]));
+      leave =
+          min(leave, (Lanes8::load(faces + far_[k]) - Lanes8(bounds.far_origin[k])) * Lanes8(bounds.far_reciprocal[k]));
+    }
+    alignas(32) std::array<float, kWideLanes> enters;
+    const uint32_t order = node.order[signs_];
+    enter.store(enters.data());
+    const uint32_t entered = at_most(enter, leave * Lanes8(kWiden)); // by lane
+    // Branches on purpose: if predicted, the next node does not wait for this test.
+    for (int position = kWideLanes - 1; position >= 0; --position) {
+      const uint32_t lane = (order >> (4 * position)) & 7U;
+      if (((entered >> lane) & 1U) == 0) continue;
+      assert(top < std::tuple_size_v<Stack>);
+      stack[top++] = {number, node.child[lane], static_cast<uint16_t>(lane), static_cast<uint16_t>(registers),
+                      enters[lane]};
+    }
+    return top;
   }
 
   // Maximum number of active rays in a register that continue one by one.
   static constexpr int kLoneRays = kAny ? 1 : 2;
 
-  // If only one register's rays enter a cell or, with one register, few rays: traces them through
-  // it and returns true. Also returns true if none enter.
-  template <uint32_t kCount>
-  [[gnu::always_inline]] bool hand_over(PacketRays<kAny>* rays, const Cell<kCount>& cell, ChildWord child,
-                                        uint32_t heap) {
-    if constexpr (kCount == 1) {
-      const uint32_t active = at_most(cell.enter[0], cell.leave[0]);
-      if (std::popcount(active) > kLoneRays) return false;
-      alignas(64) float enter[kRayLanes], leave[kRayLanes];
-      cell.enter[0].store(enter);
-      min(cell.leave[0], rays[0].end()).store(leave); // slightly beyond the cell
-      for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
-        const auto i = static_cast<uint32_t>(std::countr_zero(rest));
-        ++lone_;
-        rays[0].trace_alone(scene_, i, child, enter[i], leave[i]);
-      }
-      return true;
+  void trace_alone(PacketRays<kAny>& rays, ChildWord child, uint32_t active) {
+    for (; active != 0; active &= active - 1) {
+      ++lone_;
+      rays.trace_alone(scene_, static_cast<uint32_t>(std::countr_zero(active)), child);
     }
-    uint32_t registers = 0;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      registers |= (at_most(cell.enter[r], cell.leave[r]) != 0 ? 1U : 0U) << r;
-    });
-    if ((registers & (registers - 1)) != 0) return false;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      if (registers == 1U << r) walk<1>(rays + r, Cell<1>{{cell.enter[r]}, {cell.leave[r]}}, child, heap);
-    });
-    return true;
   }
 
-  // Descends from plane `heap` of a node to one of its children; returns the heap index of the
-  // child.
+  // Tests the active rays of each register against a leaf.
   template <uint32_t kCount>
-  [[gnu::always_inline]] uint32_t descend(const PacketRays<kAny>* rays, const WideNode& node, ChildWord number,
-                                          uint32_t heap, Cell<kCount>& cell, Entry<kCount>* stack, uint32_t& top) {
-    const uint32_t axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
-    do {
-      const uint32_t lane = heap >= 4 ? heap : heap == 1 ? kRootLane : heap - 2;
-      const float plane = node.planes[lane];
-      const uint32_t axis = (axes >> (2 * lane)) & 3U;
-      if (plane == std::numeric_limits<float>::infinity()) { // the branch ends above this plane
-        heap *= 2;
-        continue;
-      }
-      const Lanes16 at(plane);
-      Lanes16 near_leave[kCount], far_enter[kCount];
-      uint32_t to_near = 0, to_far = 0;
-      for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-        const Lanes16 t = rays[r].distance(at, axis);
-        near_leave[r] = min(t * Lanes16(kWiden), cell.leave[r]);
-        far_enter[r] = max(t, cell.enter[r]);
-        to_near |= at_most(cell.enter[r], near_leave[r]);
-        to_far |= at_most(far_enter[r], cell.leave[r]);
-      });
-      const uint32_t near = 2 * heap + down_[axis], far = near ^ 1U;
-      if (to_far == 0) {
-        for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.leave[r] = near_leave[r]; });
-        heap = near;
-      } else if (to_near == 0) {
-        for_each<kCount>([&](auto r) __attribute__((always_inline)) { cell.enter[r] = far_enter[r]; });
-        heap = far;
-      } else {
-        // Nearest hits need the near child first. Shadow rays meet something more often in the far
-        // one: near the surface that they leave there is little.
-        const uint32_t first = kAny ? far : near, second = first ^ 1U;
-        assert(top <= kMaxDepth);
-        Entry<kCount>& entry = stack[top];
-        const bool outside = second >= kWideLanes;
-        entry.child = outside ? node.child[second & (kWideLanes - 1)] : number;
-        entry.heap = outside ? 1 : second;
-        top += entry.child != kEmptyChild ? 1 : 0;
-        for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-          entry.cell.enter[r] = kAny ? cell.enter[r] : far_enter[r];
-          entry.cell.leave[r] = kAny ? near_leave[r] : cell.leave[r];
-          (kAny ? cell.enter[r] : cell.leave[r]) = kAny ? far_enter[r] : near_leave[r];
-        });
-        heap = first;
-      }
-    } while (heap < kWideLanes);
-    return heap;
-  }
-
-  // Tests a leaf; returns true if all rays are done.
-  template <uint32_t kCount>
-  [[gnu::always_inline]] bool test_leaf(PacketRays<kAny>* rays, ChildWord child, const Cell<kCount>& cell) {
+  [[gnu::always_inline]] void test_leaf(PacketRays<kAny>* rays, ChildWord child, uint32_t (&active)[kCount]) {
     const LeafUnit* unit = scene_.tree.leaves.data() + (child & ~kLeafBit);
-    uint32_t active[kCount], all = 0; // rays of registers that are tested together
+    uint32_t all = 0; // rays of registers that are tested together
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      active[r] = at_most(cell.enter[r], cell.leave[r]) & at_most(cell.enter[r], rays[r].end());
       if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kMinLeafRays) {
         rays[r].test_leaf(scene_, unit, active[r]);
         active[r] = 0;
@@ -231,15 +231,10 @@ class Packet {
       if (block.is_last()) break;
       unit += block.unit_count();
     }
-    bool done = kAny;
-    for_each<kCount>([&](auto r) __attribute__((always_inline)) {
-      if (kAny) done = done && rays[r].is_done();
-    });
-    return done;
   }
 
   template <uint32_t kCount>
-  Entry<kCount>* stack_of() {
+  Entry* stack_of() {
     if constexpr (kCount == 1)
       return one_stack_.data();
     else
@@ -247,11 +242,13 @@ class Packet {
   }
 
   typename PacketRays<kAny>::Scene scene_;
-  uint32_t down_[3] = {0, 0, 0};   // by axis: 1 if all rays point in its negative direction
-  uint32_t lone_ = 0, traced_ = 0; // counted since start_batch()
+  std::array<size_t, 3> near_{}, far_{}; // positions of the faces that rays meet first and last, in floats
+  uint32_t signs_ = 0;                   // index of the order of children, reversed for any hit
+  uint32_t lone_ = 0, traced_ = 0;       // counted since start_batch()
+  uint32_t known_bounds_ = 0;            // bit i: bounds_[i] is set
+  std::array<RayBounds, kPacketRegisters + 1> bounds_; // of single registers; of all
   PacketRays<kAny> rays_[kPacketRegisters];
-  Stack<1> one_stack_;
-  Stack<kPacketRegisters> stack_;
+  Stack one_stack_, stack_;
 };
 
 // Traces rays in packets: four registers at once in input order if their rays are of one class, the
@@ -310,11 +307,11 @@ inline void trace_packets(const Tree& tree, const HitFilter& filter, std::span<c
     for (uint32_t i = 0; i < left_count; ++i) order[next[classes[left[i]]]++] = left[i];
     std::array<uint32_t, kMax> apart; // indices of rays passed to `rest`
     uint32_t apart_count = 0;
-    for (uint32_t c = 0; c < kFirstMiss; ++c) {
+    for (uint32_t c = 0; c <= kShort; ++c) {
       const uint32_t end = start[c + 1];
       for (uint32_t k = start[c]; k < end;) {
         const uint32_t size = std::min(end - k, kGroup);
-        if (size < kMinPacketRays || packet.is_incoherent()) {
+        if (size < kMinPacketRays || c == kShort || packet.is_incoherent()) {
           for (; k < end; ++k) apart[apart_count++] = static_cast<uint32_t>(first) + order[k];
           break;
         }

@@ -12,8 +12,9 @@
 namespace kindling::accel::kd::KINDLING_SIMD {
 
 // Number of ray classes. A class holds the signs of the direction in bits 0 to 2, and the index of
-// its largest axis above. Rays that miss by definition have their own classes from kFirstMiss on.
-inline constexpr uint32_t kRayClasses = 32, kFirstMiss = 24;
+// its largest axis above. Rays whose directions are short form class kShort, and those that miss by
+// definition the last one.
+inline constexpr uint32_t kRayClasses = 32, kShort = 24;
 
 // Byte i of an entry is bit i of its index.
 inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
@@ -26,15 +27,16 @@ inline constexpr std::array<uint64_t, 256> kBitsToBytes = [] {
 // The classes of sixteen rays, stored as one mask per bit of the class.
 struct RayClasses {
   std::array<uint32_t, 5> bits;
-  uint32_t misses;
+  uint32_t apart; // those of the last two classes
 
   RayClasses() = default;
   explicit RayClasses(const RayLanes& lanes) {
-    for (size_t k = 0; k < 3; ++k) bits[k] = sign_bits(Lanes16::load(lanes.direction[k]));
+    const uint32_t misses = ~lanes.can_hit() & kAllRays;
+    apart = misses | lanes.is_short();
+    for (size_t k = 0; k < 3; ++k) bits[k] = (sign_bits(Lanes16::load(lanes.direction[k])) & ~apart) | misses;
     const RayLanes::LargestAxis largest = lanes.largest_axis();
-    misses = ~lanes.can_hit() & kAllRays;
-    bits[3] = largest.y | misses;
-    bits[4] = (~(largest.x | largest.y) & kAllRays) | misses;
+    bits[3] = largest.y | apart;
+    bits[4] = (~(largest.x | largest.y) & kAllRays) | apart;
   }
   // Writes the classes, one byte per ray.
   void store(uint8_t* out) const {
@@ -46,8 +48,7 @@ struct RayClasses {
   }
 };
 
-// Determines whether several groups of sixteen rays are all of one class, without misses by
-// definition.
+// Determines whether several groups of sixteen rays are all of one class that packets trace.
 class CommonClass {
  public:
   void add(const RayClasses& classes) {
@@ -55,17 +56,25 @@ class CommonClass {
       all_[k] &= classes.bits[k];
       any_[k] |= classes.bits[k];
     }
-    misses_ |= classes.misses;
+    apart_ |= classes.apart;
   }
   [[nodiscard]] bool agree() const {
-    uint32_t mixed = misses_;
+    uint32_t mixed = apart_;
     for (size_t k = 0; k < all_.size(); ++k) mixed |= all_[k] == kAllRays ? 0 : any_[k];
     return mixed == 0;
   }
 
  private:
   std::array<uint32_t, 5> all_{kAllRays, kAllRays, kAllRays, kAllRays, kAllRays}, any_{};
-  uint32_t misses_ = 0;
+  uint32_t apart_ = 0;
+};
+
+// Bounds of rays of one class: of their distances to the near faces of boxes from below, and to the
+// far faces from above, without any margin, since rounding is monotonic.
+struct RayBounds {
+  std::array<float, 3> near_origin, far_origin;         // the nearest to near faces; the farthest from far ones
+  std::array<float, 3> near_reciprocal, far_reciprocal; // of the least and of the largest magnitude
+  float t_min;
 };
 
 template <bool kAny>
@@ -100,30 +109,17 @@ class PacketRays {
     }
   }
 
-  // Clips the rays as clip_to_box() does; lanes that miss the box get an empty interval. Bit i of
-  // the result is set if ray i enters.
-  uint32_t clip_to_bounds(const Imath::Box3f& box, Lanes16& enter, Lanes16& leave) {
-    enter = Lanes16::load(lanes_.t_min);
-    leave = Lanes16::load(lanes_.t_max);
-    for (uint32_t k = 0; k < 3; ++k) {
-      const Lanes16 reciprocal = Lanes16(1.0f) / Lanes16::load(lanes_.direction[k]);
-      reciprocal.store(reciprocal_[k]);
-      const int axis = static_cast<int>(k);
-      const float near = points_down(k) ? box.max[axis] : box.min[axis],
-                  far = points_down(k) ? box.min[axis] : box.max[axis];
-      const Lanes16 origin = Lanes16::load(lanes_.origin[k]);
-      enter = max((Lanes16(near) - origin) * reciprocal, enter);
-      leave = min((Lanes16(far) - origin) * reciprocal, leave);
-    }
-    const uint32_t enters = at_most(enter, leave * Lanes16(kWiden));
-    enter = select(enters, Lanes16(std::numeric_limits<float>::infinity()), min(enter, leave));
-    leave = select(enters, Lanes16(-std::numeric_limits<float>::infinity()), leave);
-    return enters;
-  }
   [[nodiscard]] bool points_down(uint32_t axis) const { return std::signbit(lanes_.direction[axis][0]); }
 
-  // Computes RayShear for all rays, and the ranges of its values.
-  void prepare_shear() {
+  // Computes reciprocals and RayShear for all rays, and the ranges of all but reciprocals.
+  void prepare() {
+    std::array<float, 3> low, high; // of the origins
+    for (uint32_t k = 0; k < 3; ++k) {
+      const Lanes16 origin = Lanes16::load(lanes_.origin[k]);
+      low[k] = min_lane(origin);
+      high[k] = max_lane(origin);
+      finite_reciprocal(Lanes16::load(lanes_.direction[k])).store(reciprocal_[k]);
+    }
     const RayShear first(ray_[0]->origin, ray_[0]->direction);
     kx_ = static_cast<uint32_t>(first.kx);
     ky_ = static_cast<uint32_t>(first.ky);
@@ -133,32 +129,67 @@ class PacketRays {
     sx.store(sx_);
     sy.store(sy_);
     (Lanes16(1.0f) / dz).store(sz_);
-    const Lanes16 ox = Lanes16::load(lanes_.origin[kx_]), oy = Lanes16::load(lanes_.origin[ky_]),
-                  oz = Lanes16::load(lanes_.origin[kz_]);
-    x_range_ = {min_lane(ox), max_lane(ox), min_lane(sx), max_lane(sx)};
-    y_range_ = {min_lane(oy), max_lane(oy), min_lane(sy), max_lane(sy)};
-    z_low_ = min_lane(oz);
-    z_high_ = max_lane(oz);
+    x_range_ = {low[kx_], high[kx_], min_lane(sx), max_lane(sx)};
+    y_range_ = {low[ky_], high[ky_], min_lane(sy), max_lane(sy)};
+    z_low_ = low[kz_];
+    z_high_ = high[kz_];
+  }
+  // Returns the bounds of kCount prepared registers of one class.
+  template <uint32_t kCount>
+  [[nodiscard, gnu::always_inline]] static RayBounds bounds(const PacketRays* rays) {
+    RayBounds out;
+    Lanes16 t_min = Lanes16::load(rays[0].lanes_.t_min);
+    for (uint32_t r = 1; r < kCount; ++r) t_min = min(t_min, Lanes16::load(rays[r].lanes_.t_min));
+    out.t_min = min_lane(t_min);
+    for (uint32_t k = 0; k < 3; ++k) {
+      Lanes16 low = Lanes16::load(rays[0].lanes_.origin[k]), high = low;
+      Lanes16 lowest = Lanes16::load(rays[0].reciprocal_[k]), highest = lowest;
+      for (uint32_t r = 1; r < kCount; ++r) {
+        const Lanes16 origin = Lanes16::load(rays[r].lanes_.origin[k]),
+                      reciprocal = Lanes16::load(rays[r].reciprocal_[k]);
+        low = min(low, origin);
+        high = max(high, origin);
+        lowest = min(lowest, reciprocal);
+        highest = max(highest, reciprocal);
+      }
+      const bool down = rays[0].points_down(k);
+      out.near_origin[k] = down ? min_lane(low) : max_lane(high);
+      out.far_origin[k] = down ? max_lane(high) : min_lane(low);
+      out.near_reciprocal[k] = down ? max_lane(highest) : min_lane(lowest);
+      out.far_reciprocal[k] = down ? min_lane(lowest) : max_lane(highest);
+    }
+    return out;
   }
 
-  // Returns the distances along the rays to a plane.
-  [[nodiscard]] Lanes16 distance(const Lanes16& plane, uint32_t axis) const {
-    return (plane - Lanes16::load(lanes_.origin[axis])) * Lanes16::load(reciprocal_[axis]);
+  // Returns a mask of the rays that enter a box before their ends; near(k) and far(k) are its faces
+  // across axis k that rays of this class meet first and last.
+  template <class Near, class Far>
+  [[nodiscard, gnu::always_inline]] uint32_t entering(const Near& near, const Far& far) const {
+    Lanes16 enter = Lanes16::load(lanes_.t_min), leave = Lanes16::load(lanes_.t_max);
+    for (uint32_t k = 0; k < 3; ++k) {
+      const Lanes16 origin = Lanes16::load(lanes_.origin[k]), reciprocal = Lanes16::load(reciprocal_[k]);
+      enter = max((Lanes16(near(k)) - origin) * reciprocal, enter);
+      leave = min((Lanes16(far(k)) - origin) * reciprocal, leave);
+    }
+    return at_most(enter, leave * Lanes16(kWiden));
   }
-  // Returns how far the rays are followed; negative for any-hit rays that are blocked.
-  [[nodiscard]] Lanes16 end() const { return Lanes16::load(lanes_.t_max) * Lanes16(kBeyond); }
-  [[nodiscard]] bool is_done() const { return at_least(end(), Lanes16(0.0f)) == 0; }
+  // Returns the ends of the rays; negative for any-hit rays that are blocked.
+  [[nodiscard]] Lanes16 ends() const { return Lanes16::load(lanes_.t_max); }
 
-  // Traces ray i alone through a cell.
-  [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child, float enter, float leave) {
+  // Traces ray i alone through the subtree of a child.
+  [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child) {
     const Ray& ray = *ray_[i];
     const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
-    const WalkingRay walking{ray, Lanes8(1.0f) / Lanes8::load_twice(reinterpret_cast<const float*>(&ray) + 4),
-                             shear_of_ray(i), lanes_.t_min[i]};
+    const RayShear shear = shear_of_ray(i);
+    const WalkingRay walking =
+        walking_ray(ray, Float4{reciprocal_[0][i], reciprocal_[1][i], reciprocal_[2][i], 0.0f}, shear, lanes_.t_min[i]);
     float t_far = lanes_.t_max[i];
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
     const TreeHit before = best;
-    const bool any = trace_cell<kAny>(scene.tree, walking, child, enter, leave, filter, t_far, best);
+    const bool any = walk_boxes<kAny>(
+        scene.tree, walking, child, t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) {
+          return intersect_leaf<kAny>(unit, Static(), shear, walking.t_min, filter, t_far, best);
+        });
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
   }
 

@@ -9,6 +9,12 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 inline constexpr uint32_t kRayLanes = 16;
 inline constexpr uint32_t kAllRays = (1U << kRayLanes) - 1;
 
+// See widening.h.
+inline Lanes16 finite_reciprocal(const Lanes16& direction) {
+  const Lanes16 max_float(std::numeric_limits<float>::max()), lowest(std::numeric_limits<float>::lowest());
+  return max(min(Lanes16(1.0f) / direction, max_float), lowest);
+}
+
 struct alignas(64) RayLanes {
   float origin[3][kRayLanes], direction[3][kRayLanes];
   float t_min[kRayLanes], t_max[kRayLanes]; // at least zero; at most the largest float
@@ -36,11 +42,11 @@ struct alignas(64) RayLanes {
            above(far, near);
   }
 
-  // Bit i is may_lie_in_plane(direction of ray i).
-  [[nodiscard]] uint32_t may_lie_in_plane() const {
-    const Lanes16 min_normal(std::numeric_limits<float>::min());
-    uint32_t bits = 0;
-    for (const auto& lane : direction) bits |= above(min_normal, magnitude(Lanes16::load(lane)));
+  // Bit i is is_short(direction of ray i).
+  [[nodiscard]] uint32_t is_short() const {
+    const Lanes16 limit(kShortDirection);
+    uint32_t bits = kAllRays;
+    for (const auto& lane : direction) bits &= above(limit, magnitude(Lanes16::load(lane)));
     return bits;
   }
 

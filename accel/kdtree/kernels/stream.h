@@ -46,7 +46,7 @@ class Stream {
   // nearest hit or, if kAny, any hit. Never calls it if another kind takes the hits.
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
-    if (tree_.boxes.root == kEmptyChild) return;
+    if (tree_.root == kEmptyChild) return;
     for (uint32_t s = 0; s < kStreamSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
     free_count_ = kStreamSlots;
     while (true) {
@@ -100,7 +100,7 @@ class Stream {
   // Puts waiting rays into free slots while there are both.
   template <class Finish>
   void fill(std::span<const Ray> rays, const Finish& finish) {
-    Queue& queue = (tree_.boxes.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
+    Queue& queue = (tree_.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
     while (free_count_ != 0) {
       if (waiting_ == 0) {
         if (next_ == rays.size()) return;
@@ -117,10 +117,10 @@ class Stream {
       taken.ray = static_cast<uint32_t>(first_prepared_ + i);
       taken.at.top = 1;
       taken.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
-      taken.stack[0].child[0] = tree_.boxes.root; // never visited, only prefetched
+      taken.stack[0].child[0] = tree_.root; // never visited, only prefetched
       taken.rest[0] = 1;
       queue.slot[queue.count] = offset;
-      queue.child[queue.count] = tree_.boxes.root;
+      queue.child[queue.count] = tree_.root;
       ++queue.count;
     }
   }
@@ -131,8 +131,7 @@ class Stream {
     waiting_ = prepared_.enter;
     first_prepared_ = next_;
     next_ += part.size();
-    // Rays that may lie in a plane visit cells in another order than frames store them.
-    for (uint32_t apart = prepared_.in_plane; apart != 0; apart &= apart - 1) {
+    for (uint32_t apart = prepared_.apart; apart != 0; apart &= apart - 1) {
       const size_t i = first_prepared_ + static_cast<size_t>(std::countr_zero(apart));
       if constexpr (kEvery)
         hits_.leave_aside(static_cast<uint32_t>(i));
@@ -169,7 +168,7 @@ class Stream {
   }
   void fetch_nodes(uint32_t first) {
     for (uint32_t k = first; k < at_node_.count; ++k) {
-      const auto* node = reinterpret_cast<const std::byte*>(tree_.boxes.nodes.data() + at_node_.child[k]);
+      const auto* node = reinterpret_cast<const std::byte*>(tree_.nodes.data() + at_node_.child[k]);
       for (size_t line = 0; line < sizeof(BoxNode) / 64; ++line) prefetch(node + 64 * line);
     }
   }
@@ -180,14 +179,14 @@ class Stream {
     }
   }
 
-  // Takes every ray at a node down by one wide node.
+  // Takes every ray at a node down by one node.
   void descend() {
     Queue& queue = at_node_;
     const uint32_t count = queue.count;
     std::array<uint16_t, kStreamSlots> entered;
     for (uint32_t k = 0; k < count; ++k) {
       Slot& s = slot(queue.slot[k]);
-      const BoxNode& node = tree_.boxes.nodes[queue.child[k]];
+      const BoxNode& node = tree_.nodes[queue.child[k]];
       Lanes8 enter(s.at.t_min), leave(s.at.t_far); // not beyond, or enter might exceed queue.far
       for (size_t axis = 0; axis < 3; ++axis) {
         const Lanes8 origin(s.at.origin[axis]), reciprocal(s.at.reciprocal[axis]);

@@ -34,8 +34,8 @@ static_assert(std::endian::native == std::endian::little); // PreparedRays::axes
 
 struct PreparedRays {
   std::array<StreamRay, kRayLanes> rays;
-  uint32_t enter;    // bit i: ray i can hit something, enters the tree's box, and is not in `in_plane`
-  uint32_t in_plane; // bit i: ray i enters likewise, but may_lie_in_plane()
+  uint32_t enter; // bit i: ray i can hit something, enters the tree's box, and is not in `apart`
+  uint32_t apart; // bit i: ray i can hit something, but its direction is_short()
 
   // Prepares 1 to 16 rays.
   void prepare(const Tree& tree, std::span<const Ray> from) {
@@ -45,17 +45,17 @@ struct PreparedRays {
     Lanes16 first = Lanes16::load(lanes.t_min), last = Lanes16::load(lanes.t_max);
     const Lanes16 one(1.0f), near = first, far = last;
     Lanes16 reciprocal[3];
-    for (int k = 0; k < 3; ++k) { // as in clip_to_box()
+    for (int k = 0; k < 3; ++k) {
       const Lanes16 origin = Lanes16::load(lanes.origin[k]), direction = Lanes16::load(lanes.direction[k]);
-      reciprocal[k] = one / direction;
+      reciprocal[k] = finite_reciprocal(direction);
       const uint32_t down = sign_bits(direction);
       const Lanes16 low(tree.clip_bounds.min[k]), high(tree.clip_bounds.max[k]);
       first = max((select(down, low, high) - origin) * reciprocal[k], first);
       last = min((select(down, high, low) - origin) * reciprocal[k], last);
     }
-    const uint32_t entering = lanes.can_hit() & at_most(first, last * Lanes16(kWiden)) & ((1U << count) - 1U);
-    in_plane = entering & lanes.may_lie_in_plane();
-    enter = entering & ~in_plane;
+    const uint32_t tested = lanes.can_hit() & ((1U << count) - 1U);
+    apart = tested & lanes.is_short();
+    enter = tested & ~apart & at_most(first, last * Lanes16(kWiden));
     const RayLanes::LargestAxis largest = lanes.largest_axis();
     const auto rotate = [&](const Lanes16& if_x, const Lanes16& if_y, const Lanes16& if_z) {
       return select(largest.x, select(largest.y, if_z, if_y), if_x);

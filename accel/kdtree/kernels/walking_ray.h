@@ -13,9 +13,13 @@ struct WalkingRay {
   RayShear shear;
   float t_min;
 };
-[[gnu::always_inline]] inline WalkingRay walking_ray(const Ray& ray, Float4 reciprocal, float t_min) {
+[[gnu::always_inline]] inline WalkingRay walking_ray(const Ray& ray, Float4 reciprocal, const RayShear& shear,
+                                                     float t_min) {
   alignas(16) const Float4 stored = reciprocal;
-  return {ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear_of(ray), t_min};
+  return {ray, Lanes8::load_twice(reinterpret_cast<const float*>(&stored)), shear, t_min};
+}
+[[gnu::always_inline]] inline WalkingRay walking_ray(const Ray& ray, Float4 reciprocal, float t_min) {
+  return walking_ray(ray, reciprocal, shear_of(ray), t_min);
 }
 
 // Prefetches the first lines of a child, node or leaf, without a branch. `nodes`: those of the

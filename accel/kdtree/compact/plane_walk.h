@@ -1,10 +1,10 @@
-// One ray through one tree with a stack of 512 bytes: scalar, without recursion.
+// One ray through a deforming tree with a stack of 512 bytes: scalar, without recursion.
 //
-// The walk enters the cells that kernels/traversal.h enters, in the same order and by the same
+// The walk enters the cells that kernels/plane_walk.h enters, in the same order and by the same
 // comparisons; the rules there apply. Only the stack differs. A frame of the kernels keeps all
 // eight children with their intervals, which costs 4 KB; here it keeps the node with its own
 // interval, and a bit for each child that is still to be visited. On return the child's interval is
-// computed again from the three planes above it, all in the cache line that has its reference.
+// computed again from the three planes above it, all in the node that has its reference.
 // Considered instead:
 //  - children instead of nodes: up to seven of 12 bytes each per level, 2.6 KB;
 //  - frames without the interval, which follows from that of the root and the planes on the path:
@@ -14,6 +14,7 @@
 #pragma once
 
 #include "accel/kdtree/compact/leaf_test.h"
+#include "accel/kdtree/compact/tree_stack.h"
 #include "accel/kdtree/view.h"
 #include "accel/kdtree/widening.h"
 
@@ -27,60 +28,30 @@
 
 namespace kindling::accel::kd::compact {
 
-// Nodes on the path with children still to visit, one quadword each.
-struct TreeStack {
-  struct alignas(16) Frame {
-    uint32_t node, rest; // bit p of `rest`: the child at position p in the order of the ray
-    float enter, leave;  // of the node
-  };
-  static constexpr uint32_t kFrames = kMaxWideDepth; // one for each node of a path
-  std::array<Frame, kFrames> frames;
-};
-static_assert(sizeof(TreeStack) == 512);
-
-struct Interval {
-  float enter, leave;
-
-  // Cuts the interval at a plane; NaN, from 0 * infinity, imposes no restriction.
-  [[nodiscard]] Interval from(float begin) const { return {begin > enter ? begin : enter, leave}; }
-  [[nodiscard]] Interval until(float end) const { return {enter, end < leave ? end : leave}; }
-  // Cuts it at two faces of a box, moved outwards by `margin`, that are perpendicular to an axis.
-  [[nodiscard]] Interval within(float low, float high, float margin, float origin, float reciprocal) const {
-    const float at_low = ((low - origin) - margin) * reciprocal, at_high = ((high - origin) + margin) * reciprocal;
-    const bool down = std::signbit(reciprocal);
-    return from(down ? at_high : at_low).until(down ? at_low : at_high);
-  }
-  [[nodiscard]] bool is_entered() const { return enter <= leave * kWiden; }
-};
-
 // A child of a node, and the part of the ray in it.
 struct Cell {
   ChildWord child;
   Interval interval;
 };
 
-// A ray in the space of a tree, prepared to walk it.
-template <class Motion>
-class TreeWalk {
+// A ray in the space of a deforming tree, prepared to walk it.
+template <>
+class TreeWalk<Deforming> {
  public:
   // The tree is not empty, `ray` satisfies can_hit(), and `t_min` is at least 0.
-  [[gnu::always_inline]] TreeWalk(const TreeView& tree, const Motion& motion, const Ray& ray, float t_min)
-      : tree_(tree), nodes_(tree.nodes.data()), motion_(motion), origin_(ray.origin),
+  [[gnu::always_inline]] TreeWalk(const TreeView& tree, const Deforming& motion, const Ray& ray, float t_min)
+      : tree_(tree), nodes_(tree.moving_nodes.data()), motion_(motion), origin_(ray.origin),
         reciprocal_(1.0f / ray.direction.x, 1.0f / ray.direction.y, 1.0f / ray.direction.z), shear_(shear_of(ray)),
         t_min_(t_min) {
     for (int axis = 0; axis < 3; ++axis) down_ |= (std::signbit(component(ray.direction, axis)) ? 1U : 0U) << axis;
     const float x = std::fabs(ray.direction.x), y = std::fabs(ray.direction.y), z = std::fabs(ray.direction.z);
     const float smallest = std::min(std::min(x, y), z);
-    steep_ = smallest < std::numeric_limits<float>::min();
-    if constexpr (Motion::kDeforms) {
-      steep_ = steep_ || smallest < std::max(std::max(x, y), z) * 0x1p-10f;
-      const float margin = kExtentTolerance * tree.largest_extent;
-      box_margin_ = margin;
-      if (steep_)
-        plane_margin_ = margin;
-      else
-        slack_ = 2.0f * margin * (1.0f / smallest);
-    }
+    steep_ = smallest < std::numeric_limits<float>::min() || smallest < std::max(std::max(x, y), z) * 0x1p-10f;
+    margin_ = kExtentTolerance * tree.largest_extent;
+    if (steep_)
+      plane_margin_ = margin_;
+    else
+      slack_ = 2.0f * margin_ * (1.0f / smallest);
   }
 
   // Finds the nearest hit in (t_min, t_far] and narrows t_far to it; any hit: returns true at the
@@ -129,27 +100,23 @@ class TreeWalk {
     }
   }
 
-  // A plane as the ray meets it. In a deforming tree, a steep ray meets it with its margin.
+  // A plane as the ray meets it, with its margin if the ray is steep.
   struct PlaneCrossing {
     float begin, end; // of what is beyond it, and of what is before it
     uint32_t down;    // 1: the ray comes from above
   };
 
   [[nodiscard]] bool enters(const Interval& interval) const {
-    if constexpr (Motion::kDeforms) return interval.enter <= interval.leave * kWiden + slack_;
-    return interval.is_entered();
+    return interval.enter <= interval.leave * kWiden + slack_;
   }
 
   // Clips to the tree's box; returns false if nothing is left.
   [[nodiscard]] bool clip(Interval& interval) const {
     for (int axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<size_t>(axis);
-      float low = tree_.clip_bounds.low[k], high = tree_.clip_bounds.high[k];
-      if constexpr (Motion::kDeforms) {
-        low = between(low, tree_.clip_bounds_at_end.low[k], motion_.fraction);
-        high = between(high, tree_.clip_bounds_at_end.high[k], motion_.fraction);
-      }
-      interval = interval.within(low, high, box_margin_, component(origin_, axis), component(reciprocal_, axis));
+      const float low = between(tree_.clip_bounds.low[k], tree_.clip_bounds_at_end.low[k], motion_.fraction),
+                  high = between(tree_.clip_bounds.high[k], tree_.clip_bounds_at_end.high[k], motion_.fraction);
+      interval = interval.within(low, high, margin_, component(origin_, axis), component(reciprocal_, axis));
     }
     const bool entered = interval.is_entered();
     interval.enter = std::min(interval.enter, interval.leave); // never beyond the end of the ray
@@ -158,28 +125,23 @@ class TreeWalk {
 
   [[nodiscard]] PlaneCrossing crossing(ChildWord node, uint32_t axes, uint32_t lane) const {
     const auto axis = static_cast<int>((axes >> (2 * lane)) & 3U);
-    float plane = nodes_[node].planes[lane];
-    if constexpr (Motion::kDeforms) plane = plane + tree_.displacements[node].lanes[lane] * motion_.fraction;
+    const float plane = nodes_[node].planes[lane] + nodes_[node].displacements[lane] * motion_.fraction;
     const float distance = plane - component(origin_, axis), reciprocal = component(reciprocal_, axis);
     const uint32_t down = (down_ >> axis) & 1U;
-    if constexpr (Motion::kDeforms) {
-      const float margin = down != 0 ? -plane_margin_ : plane_margin_;
-      return {(distance - margin) * reciprocal, (distance + margin) * reciprocal, down};
-    }
-    const float t = distance * reciprocal;
-    return {t, t, down};
+    const float margin = down != 0 ? -plane_margin_ : plane_margin_;
+    return {(distance - margin) * reciprocal, (distance + margin) * reciprocal, down};
   }
   // Returns the part of an interval before a plane, or beyond it.
   static Interval part(const Interval& interval, const PlaneCrossing& plane, uint32_t beyond) {
     return beyond != 0 ? interval.from(plane.begin) : interval.until(plane.end);
   }
-  static uint32_t axes_of(const WideNode& node) { return std::bit_cast<uint32_t>(node.planes[kAxesLane]); }
+  static uint32_t axes_of(const MovingNode& node) { return std::bit_cast<uint32_t>(node.planes[kAxesLane]); }
 
   // Steps from a node to the first child that the ray enters, empty if there is none. Returns the
   // positions of the others that it enters. A position has a bit for each of the three levels, set
   // if the child is beyond the plane.
   [[nodiscard, gnu::always_inline]] uint32_t descend(Cell& cell) const {
-    const WideNode& node = nodes_[cell.child];
+    const MovingNode& node = nodes_[cell.child];
     const uint32_t axes = axes_of(node);
     Cell nearest{kEmptyChild, cell.interval};
     uint32_t entered = 0;
@@ -210,7 +172,7 @@ class TreeWalk {
 
   // Returns the child at a position, with its interval: the same bits as in descend().
   [[nodiscard]] Cell child_at(ChildWord number, uint32_t position, Interval interval) const {
-    const WideNode& node = nodes_[number];
+    const MovingNode& node = nodes_[number];
     const uint32_t axes = axes_of(node), far1 = position >> 2, far2 = (position >> 1) & 1U, far3 = position & 1U;
     const PlaneCrossing root = crossing(number, axes, kRootLane);
     const uint32_t first = far1 ^ root.down;
@@ -222,14 +184,15 @@ class TreeWalk {
   }
 
   const TreeView& tree_;
-  const WideNode* nodes_;
-  Motion motion_;
+  const MovingNode* nodes_;
+  Deforming motion_;
   Imath::V3f origin_, reciprocal_;
   RayShear shear_;
   float t_min_;
-  uint32_t down_ = 0;                                            // bit k: the direction's sign along axis k
-  bool steep_ = false;                                           // see is_steep() in kernels/traversal.h
-  float box_margin_ = 0.0f, plane_margin_ = 0.0f, slack_ = 0.0f; // of a deforming tree
+  uint32_t down_ = 0;   // bit k: the direction's sign along axis k
+  bool steep_ = false;  // see is_steep() in kernels/plane_walk.h
+  float margin_ = 0.0f; // that of the tree's box
+  float plane_margin_ = 0.0f, slack_ = 0.0f;
 };
 
 } // namespace kindling::accel::kd::compact
