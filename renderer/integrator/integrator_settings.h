@@ -31,6 +31,10 @@ enum class IntegratorKind : uint8_t {
 [[nodiscard]] std::optional<IntegratorKind> integrator_from_name(std::string_view name);
 [[nodiscard]] std::span<const IntegratorKind> all_integrators();
 
+// Maximum of each limit on bounces below, so that counters of 16 bits can hold the bounces of a
+// path.
+inline constexpr int kMaxBounces = 4096;
+
 struct IntegratorSettings {
   IntegratorKind kind = IntegratorKind::path;
   int max_bounces = 8; // reflections of a path after its first surface, diffuse and glossy; 0: direct light only

@@ -25,7 +25,7 @@ template <typename Fill>
 }
 
 [[nodiscard]] inline std::array<int, 3> bounces_of(const PathState& state) {
-  return {state.diffuse_bounces, state.glossy_bounces, state.transmission_bounces};
+  return {state.diffuse_bounces(), state.glossy_bounces, state.transmission_bounces};
 }
 
 inline void trace_surface(ThreadContext& context, const accel::Ray& ray, const accel::Hit& hit,

@@ -59,6 +59,24 @@ Result<void> check_samples(const RenderSettings& settings) {
   return {};
 }
 
+Result<void> check_bounces(const RenderSettings& settings) {
+  const IntegratorSettings& s = settings.integrator;
+  struct Limit {
+    const char* name;
+    int value, from, to;
+  };
+  // The default of the last one is a few more than the maximum of the others.
+  for (const Limit& limit : {Limit{"max_bounces", s.max_bounces, 0, kMaxBounces},
+                             {"max_diffuse_bounces", s.max_diffuse_bounces, 0, kMaxBounces},
+                             {"max_glossy_bounces", s.max_glossy_bounces, 0, kMaxBounces},
+                             {"max_transmission_bounces", s.max_transmission_bounces, 0, 2 * kMaxBounces},
+                             {"roulette_start_bounce", s.roulette_start_bounce, 1, kMaxBounces}})
+    if (limit.value < limit.from || limit.value > limit.to)
+      return refuse(std::string(limit.name) + " " + std::to_string(limit.value) + ": " + std::to_string(limit.from) +
+                    " to " + std::to_string(limit.to) + " is needed");
+  return {};
+}
+
 Result<void> check_catchers(const RenderSettings& settings) {
   if (!settings.aovs.contains(Aov::shadow_catcher)) return {};
   if (needs_device(settings.device))
@@ -179,8 +197,8 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("the camera was created for " + std::to_string(camera.size_px().x) + "x" +
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
-  for (const auto& check : {check_pixels, check_samples, check_adaptive, check_sample_rates, check_split_light,
-                            check_catchers, check_first_hits})
+  for (const auto& check : {check_pixels, check_samples, check_bounces, check_adaptive, check_sample_rates,
+                            check_split_light, check_catchers, check_first_hits})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;

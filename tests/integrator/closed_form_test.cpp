@@ -32,6 +32,23 @@ TEST_P(ClosedForm, SphereInsideAFurnace) {
   }
 }
 
+// A limit on diffuse bounces ends paths before the limit on all of them, however large it is.
+TEST_P(ClosedForm, HundredsOfDiffuseBounces) {
+  const float rho = 0.99f, emitted = 0.01f;
+  const auto world = make_world(
+      make_scene({emissive_material(Rgb(emitted), Rgb(rho))}, {sphere(V3f(0.0f), 1.0f, 16, 0, false)}), GetParam());
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 1.5f;
+  const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), V2i(8, 8));
+  RenderSettings settings = small_render(V2i(8, 8), 16);
+  settings.integrator.max_bounces = 400;
+  settings.integrator.max_diffuse_bounces = 300;
+  settings.integrator.roulette_start_bounce = kMaxBounces;
+  double expected = 0.0;
+  for (int k = 0; k <= 301; ++k) expected += emitted * std::pow(rho, k);
+  expect_mean(render_mean(*world, camera, settings), expected);
+}
+
 // A point under the corner of a parallel rectangle a x b at height h sees it with the form factor
 // (X / sqrt(1 + X^2) atan(Y / sqrt(1 + X^2)) + Y / sqrt(1 + Y^2) atan(X / sqrt(1 + Y^2))) / (2 pi),
 // X = a / h, Y = b / h (Howell, Menguec, Daun, Siegel, "Thermal Radiation Heat Transfer",

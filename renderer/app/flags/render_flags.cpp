@@ -142,8 +142,6 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
       });
 }
 
-// The largest limit on bounces; longer paths would not fit their counters.
-constexpr int64_t kMaxBounces = 4096;
 constexpr int64_t kMaxTrainingPaths = 1 << 24;
 constexpr int kMoreTransmissions = 8; // default of --max-transmission-bounces, above --max-bounces
 

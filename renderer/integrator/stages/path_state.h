@@ -32,18 +32,21 @@ struct PathState {
   float wavelength_nm = 0.0f;  // set once the path is dispersed; 0: all wavelengths
   uint16_t bounce = 0;         // reflections and transmissions so far
   uint16_t scatter_events = 0; // inside media, so far
-  uint8_t diffuse_bounces = 0;
-  uint8_t glossy_bounces = 0;
-  uint8_t transmission_bounces = 0;
-  uint8_t narrow_bounces = 0;       // transmissions, and reflections by narrow lobes
-  bool emission_only = false;       // a bounce limit is reached: only emission counts at the next hit
+  uint16_t glossy_bounces = 0; // reflections; the remaining ones are diffuse
+  uint16_t transmission_bounces = 0;
+  uint8_t narrow_reflections = 0;   // glossy bounces of narrow lobes, up to 255
   uint8_t transparent_surfaces = 0; // passed since the last reflection
   WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
-  bool in_medium = false;           // PathContext::media of the slot is valid and not empty
+  bool emission_only : 1 = false;   // a bounce limit is reached: only emission counts at the next hit
+  bool in_medium : 1 = false;       // PathContext::media of the slot is valid and not empty
   // LightPathView::ratio_scale() at the first surface while light paths find what this path finds:
   // negative on the way to the first caster, positive behind it; else 0.
   float light_path_scale = 0.0f;
 
+  [[nodiscard]] int diffuse_bounces() const { return bounce - glossy_bounces - transmission_bounces; }
+  // Returns the bounces that count for Russian roulette: neither transmissions nor narrow
+  // reflections.
+  [[nodiscard]] int roulette_bounces() const { return bounce - transmission_bounces - narrow_reflections; }
   // Returns the sampler's dimension for `relative`, a dimension relative to the bounce
   // (camera_stage.h).
   [[nodiscard]] uint32_t dimension(uint32_t relative) const {

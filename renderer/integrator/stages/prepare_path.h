@@ -26,10 +26,10 @@ inline LightQuery PathStages::light_query(const SurfacePoint& surface, float tim
 inline bool PathStages::count_bounce(Lobe lobe, float pdf, PathState& state) const {
   ++state.bounce;
   const bool narrow = lobe == Lobe::glossy && (pdf == 0.0f || pdf > kNarrowDensity);
-  if (lobe == Lobe::transmission || narrow) ++state.narrow_bounces;
+  if (narrow && state.narrow_reflections < UINT8_MAX) ++state.narrow_reflections;
   bool within = true;
   switch (lobe) {
-  case Lobe::diffuse: within &= ++state.diffuse_bounces <= settings.max_diffuse_bounces; break;
+  case Lobe::diffuse: within &= state.diffuse_bounces() <= settings.max_diffuse_bounces; break;
   case Lobe::glossy: within &= ++state.glossy_bounces <= settings.max_glossy_bounces; break;
   case Lobe::transmission: within &= ++state.transmission_bounces <= settings.max_transmission_bounces; break;
   }

@@ -45,7 +45,7 @@ void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const 
 }
 
 void PathStages::regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const {
-  const bool after_diffuse = state.diffuse_bounces > 0;
+  const bool after_diffuse = state.diffuse_bounces() > 0;
   if (surface.layered)
     regularize_caustics(settings.caustics, after_diffuse, state.widest_lobe, sample_index, surface.layers.thin_wall,
                         surface.bsdf, surface.layers.bsdf);

@@ -129,7 +129,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   // Russian roulette by the square root of the throughput spares paths that may still meet a bright
   // light. Narrow bounces do not count: what glass and mirrors show is to have as many as it has
   // when it is seen directly.
-  if (state.bounce - state.narrow_bounces >= settings.roulette_start_bounce) {
+  if (state.roulette_bounces() >= settings.roulette_start_bounce) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     if (vertex.sampled.draws.roulette >= survival) return;
     state.throughput /= survival;
