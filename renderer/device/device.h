@@ -45,6 +45,8 @@ class Device {
   // bytes are not initialized. Throws DeviceError if there is no room.
   [[nodiscard]] virtual std::byte* allocate(size_t bytes) = 0;
   virtual void release(std::byte* memory) noexcept = 0;
+  // Returns how much allocate() can give out, less what launches take.
+  [[nodiscard]] virtual uint64_t free_bytes() const { return ~uint64_t{0}; }
   virtual void upload(std::span<const std::byte> from, std::byte* to) = 0;
   virtual void download(const std::byte* from, std::span<std::byte> to) = 0;
   virtual void clear(std::byte* memory, size_t bytes) = 0; // to zero bits
@@ -81,6 +83,12 @@ class DeviceArray {
     if (data_ != nullptr) device_->release(reinterpret_cast<std::byte*>(data_));
   }
 
+  // Makes room for at least `size` elements, whose values are lost if there was less.
+  void grow(Device& device, size_t size) {
+    if (size <= size_) return;
+    *this = DeviceArray(); // two at a time would take more memory
+    *this = DeviceArray(device, size);
+  }
   [[nodiscard]] T* data() const { return data_; } // an address of the device
   [[nodiscard]] size_t size() const { return size_; }
   [[nodiscard]] std::span<T> span() const { return {data_, size_}; }

@@ -2,18 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_integrator.h"
 
+#include "renderer/device/device_plan.h"
 #include "renderer/device/first_hit_wave_runner.h"
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/device/tree_wave_runner.h"
 
 #include <array>
 #include <cassert>
+#include <utility>
 
 namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                                   AovSet aovs)
-    : device_(device), settings_(settings), world_(input.world), aovs_(aovs), scene_(device, input) {
+                                   const WaveSetup& setup)
+    : device_(device), settings_(settings), world_(input.world), setup_(setup) {
+  DevicePlan plan = plan_device_memory(device, input, [this](uint32_t paths) { return wave_bytes(paths); });
+  setup_.paths = plan.paths;
+  if (plan.tiles)
+    pager_ = std::make_unique<TilePager>(device, world_.textures, std::move(*plan.tiles), plan.slots, plan.paths);
+  setup_.pager = pager_.get();
+  scene_.emplace(device, input, pager_.get());
   switch (settings.kind) {
   case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits)); break;
   case IntegratorKind::whitted: device.prepare(kTreeWaveKernels); break;
@@ -21,13 +29,23 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
   }
 }
 
-std::unique_ptr<ThreadContext> DeviceIntegrator::make_context() const {
-  const bool with_surfaces = aovs_.needs_film_surface();
+uint64_t DeviceIntegrator::wave_bytes(uint32_t paths) const {
+  WaveSetup setup = setup_;
+  setup.paths = paths;
   switch (settings_.kind) {
-  case IntegratorKind::path: return std::make_unique<PathWaveRunner>(device_, world_, scene_.address(), with_surfaces);
+  case IntegratorKind::path: return path_wave_bytes(setup);
+  case IntegratorKind::whitted: return tree_wave_bytes(setup, settings_.whitted);
+  default: return first_hit_wave_bytes(setup);
+  }
+}
+
+std::unique_ptr<ThreadContext> DeviceIntegrator::make_context() const {
+  const DeviceScene* const scene = scene_->address();
+  switch (settings_.kind) {
+  case IntegratorKind::path: return std::make_unique<PathWaveRunner>(device_, world_, scene, setup_);
   case IntegratorKind::whitted:
-    return std::make_unique<TreeWaveRunner>(device_, world_, scene_.address(), settings_.whitted, with_surfaces);
-  default: return std::make_unique<FirstHitWaveRunner>(device_, world_, scene_.address());
+    return std::make_unique<TreeWaveRunner>(device_, world_, scene, settings_.whitted, setup_);
+  default: return std::make_unique<FirstHitWaveRunner>(device_, world_, scene, setup_);
   }
 }
 

@@ -20,8 +20,21 @@ uint64_t samples_at(const PixelRect& block, const SampleRange& levels, const Sam
 
 } // namespace
 
-DeviceWave::DeviceWave(Device& device, const World& world, bool with_surfaces)
-    : device_(device), world_(world), capacity_(device.wave_size()), samples_(device, capacity_),
+uint64_t common_wave_bytes(const WaveSetup& setup) {
+  const AovSet aovs = setup.aovs;
+  const uint64_t of_sample =
+      sizeof(CameraSample) + (aovs.needs_film_surface() ? sizeof(FilmSurface) : 0) + sizeof(WaveRays<uint32_t>);
+  const uint64_t of_pixel =
+      sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
+      (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) + (aovs.needs_guides() ? sizeof(GuideSum) : 0) +
+      (aovs.needs_components() ? sizeof(ComponentSum) : 0) +
+      (setup.trims_outliers ? sizeof(ColorSum) * (kOutlierBlocks - 1) : 0) + (setup.has_rates ? sizeof(WavePixel) : 0);
+  const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
+  return setup.paths * (of_sample + of_pixel + of_block) + sizeof(WaveLosses);
+}
+
+DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces)
+    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), samples_(device, capacity_),
       surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
   assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
@@ -64,9 +77,9 @@ void DeviceWave::plan_pixels(const PixelRect& block, const SampleRange& levels, 
 }
 
 void DeviceWave::start(const Film& film, Wave& wave) {
-  if (device_blocks_.size() < blocks_.size()) device_blocks_ = DeviceArray<WaveBlock>(device_, blocks_.size());
+  device_blocks_.grow(device_, blocks_.size());
   device_blocks_.upload(blocks_);
-  if (device_pixels_.size() < pixels_.size()) device_pixels_ = DeviceArray<WavePixel>(device_, pixels_.size());
+  device_pixels_.grow(device_, pixels_.size());
   device_pixels_.upload(pixels_);
   losses_.upload(std::array{WaveLosses{}});
   const AovSet aovs = film.aovs();

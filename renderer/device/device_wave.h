@@ -4,6 +4,7 @@
 
 #include "renderer/device/device.h"
 #include "renderer/device/kernels/wave.h"
+#include "renderer/device/tile_pager.h"
 #include "renderer/integrator/integrator.h"
 
 #include <cstddef>
@@ -12,6 +13,18 @@
 #include <vector>
 
 namespace kindling {
+
+// Settings of the waves of a render.
+struct WaveSetup {
+  uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
+  AovSet aovs;
+  bool trims_outliers = false;
+  bool has_rates = false;     // sample rates
+  TilePager* pager = nullptr; // null: all texels are in memory
+};
+
+// Returns the bytes on a device that waves of all tracers take, at most: one sample for each pixel.
+[[nodiscard]] uint64_t common_wave_bytes(const WaveSetup& setup);
 
 // The plan of a wave and the memory that waves of all tracers have; derived classes follow the
 // samples. It is used for one wave after the other.
@@ -27,8 +40,9 @@ class DeviceWave : public ThreadContext {
   void take_results(std::span<BlockWork> work, Film& film);
 
  protected:
-  // `world`: for World::abandoned(). All references must outlive this.
-  DeviceWave(Device& device, const World& world, bool with_surfaces);
+  // `world`: for World::abandoned(). All references must outlive this. `with_surfaces`: records
+  // the first surface of each sample.
+  DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces);
 
   // Sets `wave` to the plan, with cleared sums for `film`.
   void start(const Film& film, Wave& wave);
@@ -36,6 +50,16 @@ class DeviceWave : public ThreadContext {
   template <typename Argument>
   void launch(Kernel kernel, const Argument& argument, uint32_t count) {
     device_.launch(kernel, std::as_bytes(std::span(&argument, 1)), count);
+  }
+  // Launches a kernel that shades, again and again for the paths that wait for tiles.
+  template <typename Argument>
+  void launch_shading(Kernel kernel, Argument& argument, uint32_t count) {
+    if (pager_ == nullptr)
+      launch(kernel, argument, count);
+    else
+      pager_->run(
+          argument.tiles, count, [&](uint32_t launched) { launch(kernel, argument, launched); },
+          [this] { return abandoned(); });
   }
   [[nodiscard]] bool abandoned() const { return world_.abandoned(); }
   [[nodiscard]] Device& device() const { return device_; }
@@ -52,7 +76,7 @@ class DeviceWave : public ThreadContext {
 
     // Makes room for `size` sums and clears them.
     std::span<Sum> start(Device& device, size_t size) {
-      if (on_device.size() < size) on_device = DeviceArray<Sum>(device, size);
+      on_device.grow(device, size);
       on_device.clear(size);
       here.resize(size);
       return on_device.span().first(size);
@@ -71,6 +95,7 @@ class DeviceWave : public ThreadContext {
 
   Device& device_;
   const World& world_;
+  TilePager* pager_;
   uint32_t capacity_;
   uint32_t sample_count_ = 0, pixel_count_ = 0;
   std::vector<WaveBlock> blocks_;

@@ -4,15 +4,19 @@
 
 namespace kindling {
 
-FirstHitWaveRunner::FirstHitWaveRunner(Device& on, const World& world, const DeviceScene* scene)
-    : DeviceWave(on, world, false), colors_(on, capacity()) {
+uint64_t first_hit_wave_bytes(const WaveSetup& setup) {
+  return common_wave_bytes(setup) + setup.paths * sizeof(SampleColor);
+}
+
+FirstHitWaveRunner::FirstHitWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
+    : DeviceWave(on, world, setup, false), colors_(on, capacity()) {
   wave_.scene = scene;
   wave_.colors = colors_.data();
 }
 
 bool FirstHitWaveRunner::run(const Film& film) {
   start(film, wave_);
-  launch(Kernel::show_first_hit, wave_, sample_count());
+  launch_shading(Kernel::show_first_hit, wave_, sample_count());
   launch(Kernel::finish_first_hit_pixel, wave_, pixel_count());
   download_sums();
   return !abandoned();

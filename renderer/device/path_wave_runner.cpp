@@ -7,17 +7,10 @@
 
 namespace kindling {
 
-uint64_t path_wave_bytes(uint32_t samples, AovSet aovs) {
-  const bool with_surfaces = aovs.needs_film_surface();
-  const uint64_t of_sample = sizeof(CameraSample) + (with_surfaces ? sizeof(FilmSurface) : 0) +
-                             sizeof(WaveRays<uint32_t>) + sizeof(PathState) + sizeof(MediumStack) +
-                             2 * sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t) + sizeof(ShadowRecord);
-  const uint64_t of_pixel = sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
-                            (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) +
-                            (aovs.needs_guides() ? sizeof(GuideSum) : 0) +
-                            (aovs.needs_components() ? sizeof(ComponentSum) : 0);
-  const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
-  return samples * (of_sample + of_pixel + of_block) + sizeof(WaveLosses) + sizeof(uint64_t);
+uint64_t path_wave_bytes(const WaveSetup& setup) {
+  constexpr uint64_t kOfPath = sizeof(PathState) + sizeof(MediumStack) + 2 * sizeof(accel::Ray) + sizeof(accel::Hit) +
+                               2 * sizeof(uint32_t) + sizeof(ShadowRecord);
+  return common_wave_bytes(setup) + setup.paths * kOfPath + sizeof(uint64_t);
 }
 
 std::vector<Kernel> path_wave_kernels(bool filters_hits) {
@@ -27,10 +20,11 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits) {
           Kernel::finish_pixel};
 }
 
-PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, bool with_surfaces)
-    : DeviceWave(on, world, with_surfaces), filters_hits_(world.filters_hits), states_(on, capacity()),
-      media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity()), hits_(on, capacity()),
-      active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity()) {
+PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
+    : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
+      states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity()),
+      hits_(on, capacity()), active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
+      shadow_records_(on, capacity()) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -51,7 +45,7 @@ bool PathWaveRunner::run(const Film& film) {
     if (abandoned()) return false;
     launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
     queue_counts_.clear(1);
-    launch(Kernel::shade, wave_, active);
+    launch_shading(Kernel::shade, wave_, active);
     std::array<QueueCounts, 1> counts;
     queue_counts_.download(counts);
     launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts[0].shadows);

@@ -9,16 +9,15 @@
 
 namespace kindling {
 
-// Returns the bytes on a device that waves of `samples` paths take, at most: one sample for each
-// pixel.
-[[nodiscard]] uint64_t path_wave_bytes(uint32_t samples, AovSet aovs);
+// Returns the bytes on a device that its waves take, at most: one sample for each pixel.
+[[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
 // The kernels that waves launch. `filters_hits`: World::filters_hits.
 [[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits);
 
 class PathWaveRunner final : public DeviceWave {
  public:
-  PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, bool with_surfaces);
+  PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, const WaveSetup& setup);
 
   [[nodiscard]] bool run(const Film& film) override;
 

@@ -5,50 +5,58 @@
 #include "accel/kdtree/kdtree_accelerator.h"
 #include "accel/kdtree/view_tables.h"
 #include "renderer/device/arena.h"
+#include "renderer/device/copy_texels.h"
 
-#include <array>
 #include <cassert>
+#include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace kindling {
 namespace {
 
-// The texels of textures whose pages a cache loads, all in memory.
-class LoadedPages {
+// The textures of a scene as a device has them, except that texels are still the processor's: those
+// of pages are loaded, and levels in tiles have none.
+class PlacedTextures {
  public:
-  // Returns the textures with their texels in memory.
-  explicit LoadedPages(std::span<const TextureView> textures) : textures_(textures.begin(), textures.end()) {
-    for (TextureView& texture : textures_)
-      if (texture.pages != nullptr) load(texture);
+  // `tiles` may be null. With `counts` nothing is loaded: texels of pages have addresses without a
+  // meaning.
+  PlacedTextures(std::span<const TextureView> textures, const TilePlan* tiles, bool counts)
+      : textures_(textures.begin(), textures.end()), counts_(counts) {
+    for (size_t i = 0; i < textures_.size(); ++i) {
+      TextureView& texture = textures_[i];
+      for (int level = 0; level < texture.level_count; ++level) {
+        const std::byte*& pixels = texture.levels[static_cast<size_t>(level)].pixels;
+        if (tiles != nullptr && tiles->in_tiles(i, level))
+          pixels = nullptr;
+        else if (pixels == nullptr)
+          pixels = loaded(textures[i], level);
+      }
+      texture.pages = nullptr;
+    }
+  }
+  // Sets the addresses of the tiles.
+  void refer_to(const TextureTiles* tiles_on_device) {
+    for (size_t i = 0; i < textures_.size(); ++i) textures_[i].tiles = tiles_on_device + i;
   }
   [[nodiscard]] const std::vector<TextureView>& textures() const { return textures_; }
 
  private:
-  void load(TextureView& texture) {
-    for (int number = 0; number < texture.level_count; ++number) {
-      TextureView::Level& level = texture.levels[static_cast<size_t>(number)];
-      const size_t row_bytes = static_cast<size_t>(level.width) * texture.pixel_bytes;
-      std::vector<std::byte>& texels = levels_.emplace_back(row_bytes * static_cast<size_t>(level.height));
-      std::array<std::byte, 4 * 16> square; // of four texels
-      for (int y = 0; y < level.height; y += 2)
-        for (int x = 0; x < level.width; x += 2) {
-          const std::array<int, 2> columns{x, std::min(x + 1, level.width - 1)};
-          const std::array<int, 2> rows{y, std::min(y + 1, level.height - 1)};
-          texture.fetch(number, columns, rows, square.data());
-          for (size_t i = 0; i < 4; ++i)
-            std::copy_n(square.begin() + static_cast<ptrdiff_t>(i * texture.pixel_bytes), texture.pixel_bytes,
-                        texels.begin() +
-                            static_cast<ptrdiff_t>(static_cast<size_t>(rows[i / 2]) * row_bytes +
-                                                   static_cast<size_t>(columns[i % 2]) * texture.pixel_bytes));
-        }
-      level.pixels = texels.data();
-    }
-    texture.pages = nullptr;
+  const std::byte* loaded(const TextureView& texture, int number) {
+    std::vector<std::byte>& texels = levels_[{texture.pages, number}];
+    if (counts_) texels.resize(1);
+    if (!texels.empty()) return texels.data();
+    const TextureView::Level& level = texture.levels[static_cast<size_t>(number)];
+    const size_t row_bytes = static_cast<size_t>(level.width) * texture.pixel_bytes;
+    texels.resize(row_bytes * static_cast<size_t>(level.height));
+    copy_texels(texture, {number, 0, 0, level.width, level.height}, texels.data(), row_bytes);
+    return texels.data();
   }
 
   std::vector<TextureView> textures_;
-  std::vector<std::vector<std::byte>> levels_;
+  bool counts_;
+  std::map<std::pair<const TiledImage*, int>, std::vector<std::byte>> levels_; // of pages
 };
 
 // Returns where a member of `whole` is, from its beginning.
@@ -57,7 +65,7 @@ size_t offset_of(const DeviceScene& whole, const Member& member) {
   return static_cast<size_t>(reinterpret_cast<const std::byte*>(&member) - reinterpret_cast<const std::byte*>(&whole));
 }
 
-void place(const DeviceSceneInput& input, Arena& arena) {
+void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena& arena) {
   const size_t offset = arena.reserve(sizeof(DeviceScene));
   const auto tables = accel::view_of(*input.world.probed);
   assert(tables != nullptr && offset == 0);
@@ -92,8 +100,7 @@ void place(const DeviceSceneInput& input, Arena& arena) {
   scene.shader.lights.lights = on_device(scene.world.lights);
   scene.shader.cache = nullptr;
 
-  const LoadedPages pages(input.world.textures);
-  scene.world.textures = pages.textures();
+  scene.world.textures = textures.textures();
   arena.place(scene.world.textures);
   std::vector<Emission> emissions(input.world.lights.emissions.begin(), input.world.lights.emissions.end());
   for (Emission& emission : emissions)
@@ -101,25 +108,19 @@ void place(const DeviceSceneInput& input, Arena& arena) {
       emission.texture = scene.world.textures.data() + (emission.texture - input.world.textures.data());
   scene.world.lights.emissions = emissions;
   arena.place(scene.world.lights.emissions);
-  const std::span<const TextureView> textures = scene.world.textures;
+  const std::span<const TextureView> placed_textures = scene.world.textures;
   const std::span<const Emission> placed_emissions = scene.world.lights.emissions;
   scene.world.procedurals.images = {};
   scene.world.textures = {};
   scene.world.lights.emissions = {};
   arena.place_arrays(scene.world);
-  scene.world.textures = scene.world.procedurals.images = textures;
+  scene.world.textures = scene.world.procedurals.images = placed_textures;
   scene.world.lights.emissions = placed_emissions;
   arena.place_arrays(scene.tree);
   arena.place_arrays(scene.camera);
   arena.place_arrays(scene.light_probabilities);
   arena.place_arrays(scene.shader.lights);
   arena.write(offset, std::as_bytes(std::span(&scene, 1)));
-}
-
-size_t device_bytes(const DeviceSceneInput& input) {
-  Arena counter;
-  place(input, counter);
-  return counter.bytes();
 }
 
 } // namespace
@@ -130,9 +131,18 @@ Result<void> check_device_scene(const World& world) {
   return {};
 }
 
-SceneOnDevice::SceneOnDevice(Device& device, const DeviceSceneInput& input) : memory_(device, device_bytes(input)) {
+uint64_t scene_on_device_bytes(const DeviceSceneInput& input, const TilePlan* tiles) {
+  Arena counter;
+  place(input, PlacedTextures(input.world.textures, tiles, true), counter);
+  return counter.bytes();
+}
+
+SceneOnDevice::SceneOnDevice(Device& device, const DeviceSceneInput& input, const TilePager* pager)
+    : memory_(device, scene_on_device_bytes(input, pager != nullptr ? &pager->plan() : nullptr)) {
+  PlacedTextures textures(input.world.textures, pager != nullptr ? &pager->plan() : nullptr, false);
+  if (pager != nullptr) textures.refer_to(pager->tiles_on_device());
   Arena arena(device, memory_.data());
-  place(input, arena);
+  place(input, textures, arena);
   assert(arena.bytes() == memory_.size());
 }
 

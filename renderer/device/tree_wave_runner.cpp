@@ -24,10 +24,18 @@ uint32_t reserve_for(const WhittedSettings& settings) {
 
 } // namespace
 
+uint64_t tree_wave_bytes(const WaveSetup& setup, const WhittedSettings& settings) {
+  const uint64_t of_sample = sizeof(WhittedSample) + (setup.aovs.needs_film_surface() ? sizeof(WhittedComponents) : 0) +
+                             3 * sizeof(WhittedNode);
+  return common_wave_bytes(setup) + setup.paths * of_sample + reserve_for(settings) * sizeof(WhittedNode) +
+         sizeof(uint32_t);
+}
+
 TreeWaveRunner::TreeWaveRunner(Device& on, const World& world, const DeviceScene* scene,
-                               const WhittedSettings& settings, bool with_surfaces)
-    : DeviceWave(on, world, with_surfaces), max_children_(max_children(settings)), reserve_(reserve_for(settings)),
-      sums_(on, capacity()), components_(on, with_surfaces ? capacity() : 0),
+                               const WhittedSettings& settings, const WaveSetup& setup)
+    : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), max_children_(max_children(settings)),
+      reserve_(reserve_for(settings)), sums_(on, capacity()),
+      components_(on, setup.aovs.needs_film_surface() ? capacity() : 0),
       waiting_(on, size_t{capacity()} * 2 + reserve_), nodes_(on, capacity()), waiting_count_(on, 1) {
   wave_.scene = scene;
   wave_.sums = sums_.data();
@@ -56,7 +64,8 @@ bool TreeWaveRunner::run(const Film& film) {
                         " nodes in work; use a smaller --trace-depth or --glossy-strata, or --device cpu");
     launch(Kernel::take_node, wave_, count);
     waiting_count_.upload(std::array{wave_.first_taken});
-    launch(Kernel::trace_node, wave_, count);
+    launch_shading(Kernel::trace_node, wave_, count);
+    if (abandoned()) return false; // with nodes that wait for tiles
     std::array<uint32_t, 1> now;
     waiting_count_.download(now);
     waiting = now[0];

@@ -14,10 +14,13 @@ namespace kindling {
 inline constexpr std::array kTreeWaveKernels{Kernel::begin_tree, Kernel::take_node, Kernel::trace_node,
                                              Kernel::finish_tree_pixel};
 
+// Returns the bytes on a device that its waves take, at most.
+[[nodiscard]] uint64_t tree_wave_bytes(const WaveSetup& setup, const WhittedSettings& settings);
+
 class TreeWaveRunner final : public DeviceWave {
  public:
   TreeWaveRunner(Device& device, const World& world, const DeviceScene* scene, const WhittedSettings& settings,
-                 bool with_surfaces);
+                 const WaveSetup& setup);
 
   [[nodiscard]] bool run(const Film& film) override;
 

@@ -28,7 +28,7 @@ void for_each_array(GeometryView& geometry, F&& f) {
   f(geometry.later_frames);
 }
 
-// The texels must be in memory, not in pages.
+// The texels must be in memory, not in pages. Levels in tiles have none.
 template <class F>
 void for_each_array(TextureView& texture, F&& f) {
   for (TextureView::Level& level : texture.levels) {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/place_integrator.h"
 
-#include "renderer/device/device_integrator.h"
 #include "renderer/device/failure_reason.h"
 #include "renderer/device/make_device.h"
 #include "renderer/device/scene_on_device.h"
@@ -17,10 +16,12 @@
 namespace kindling {
 namespace {
 
-Result<std::unique_ptr<Device>> open_checked(DeviceKind kind, const World& world, int threads,
-                                             const DeviceNotice& notice) {
+Result<std::unique_ptr<MeteredDevice>> open_checked(DeviceKind kind, const World& world, const RenderSettings& settings,
+                                                    int threads, const DeviceNotice& notice) {
   if (const Result<void> checked = check_device_scene(world); !checked) return checked.error();
-  return open_device(kind, threads, notice);
+  Result<std::unique_ptr<Device>> device = open_device(kind, threads, notice);
+  if (!device) return device.error();
+  return std::make_unique<MeteredDevice>(std::move(device).value(), settings.device_memory_bytes);
 }
 
 PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const RenderSettings& settings,
@@ -33,7 +34,7 @@ PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const Re
   return placed;
 }
 
-PlacedIntegrator place_on(std::unique_ptr<Device> device, const World& world, const Camera& camera,
+PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& world, const Camera& camera,
                           const RenderSettings& settings, const Guide* guide) {
   const Sampler sampler = make_sampler(settings);
   const PerLightSampling lights(world.light_set());
@@ -42,9 +43,18 @@ PlacedIntegrator place_on(std::unique_ptr<Device> device, const World& world, co
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
       *device, settings.integrator,
-      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter}, settings.aovs);
-  DeviceUse use{device->name(), integrator->scene_bytes(), {}, 0.0};
-  return {std::move(device), std::move(integrator), std::move(use)};
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter},
+      WaveSetup{.aovs = settings.aovs,
+                .trims_outliers = settings.outliers == Outliers::trim,
+                .has_rates = settings.sample_rates != SampleRateKind::even});
+  PlacedIntegrator placed;
+  placed.use.name = device->name();
+  placed.use.scene_bytes = integrator->scene_bytes();
+  placed.use.wave_paths = integrator->paths_together();
+  placed.on_device = integrator.get();
+  placed.device = std::move(device);
+  placed.integrator = std::move(integrator);
+  return placed;
 }
 
 } // namespace
@@ -57,7 +67,7 @@ Result<OpenedDevice> open_device(const World& world, const Camera& camera, const
                                  const DeviceNotice& notice) {
   if (settings.device == DeviceKind::cpu) return OpenedDevice{};
   if (settings.device != DeviceKind::automatic) {
-    Result<std::unique_ptr<Device>> device = open_checked(settings.device, world, threads, notice);
+    Result<std::unique_ptr<MeteredDevice>> device = open_checked(settings.device, world, settings, threads, notice);
     if (!device) return device.error();
     return OpenedDevice{std::move(device).value(), {}};
   }
@@ -65,19 +75,27 @@ Result<OpenedDevice> open_device(const World& world, const Camera& camera, const
   on_gpu.device = DeviceKind::gpu;
   if (const Result<void> checked = check_settings(on_gpu, camera); !checked)
     return OpenedDevice{nullptr, failure_reason(checked.error().message)};
-  Result<std::unique_ptr<Device>> device = open_checked(DeviceKind::gpu, world, threads, notice);
+  Result<std::unique_ptr<MeteredDevice>> device = open_checked(DeviceKind::gpu, world, settings, threads, notice);
   if (!device) return OpenedDevice{nullptr, failure_reason(device.error().message)};
   return OpenedDevice{std::move(device).value(), {}};
+}
+
+void PlacedIntegrator::count(DeviceUse& seen) const {
+  if (on_device == nullptr) return;
+  seen.peak_bytes = device->peak_bytes();
+  seen.tiles = on_device->tile_statistics();
 }
 
 PlacedIntegrator place_integrator(OpenedDevice opened, const World& world, const Camera& camera,
                                   const RenderSettings& settings, const Guide* guide) {
   if (!opened.device) return place_on_cpu(world, camera, settings, guide, std::move(opened.why_cpu));
-  if (settings.device != DeviceKind::automatic)
-    return place_on(std::move(opened.device), world, camera, settings, guide);
   try {
     return place_on(std::move(opened.device), world, camera, settings, guide);
   } catch (const DeviceError& error) {
+    if (settings.device != DeviceKind::automatic) {
+      if (!settings.device_memory_bytes) throw;
+      throw DeviceError(std::string(error.what()) + " or a larger --device-memory");
+    }
     return place_on_cpu(world, camera, settings, guide, failure_reason(error.what()));
   }
 }

@@ -4,7 +4,8 @@
 
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
-#include "renderer/device/device.h"
+#include "renderer/device/device_integrator.h"
+#include "renderer/device/metered_device.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/session/render_session.h"
 #include "renderer/world/world.h"
@@ -19,7 +20,7 @@ namespace kindling {
 // `device` is null for the CPU; with DeviceKind::automatic `why_cpu` then tells the reason in
 // words.
 struct OpenedDevice {
-  std::unique_ptr<Device> device;
+  std::unique_ptr<MeteredDevice> device;
   std::string why_cpu;
 };
 
@@ -31,9 +32,13 @@ struct OpenedDevice {
                                                int threads, const DeviceNotice& notice);
 
 struct PlacedIntegrator {
-  std::unique_ptr<Device> device; // null for the CPU
+  std::unique_ptr<MeteredDevice> device; // null for the CPU
   std::unique_ptr<Integrator> integrator;
+  const DeviceIntegrator* on_device = nullptr; // the same one; null for the CPU
   DeviceUse use;
+
+  // Adds the counts of what has been rendered to `seen`.
+  void count(DeviceUse& seen) const;
 };
 
 // Throws DeviceError if the device has no room for the scene; DeviceKind::automatic takes the CPU

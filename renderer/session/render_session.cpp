@@ -152,6 +152,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
                  trained.busy_s + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
     if (placed.device) statistics.device.start_s = opened_s + seconds_since(placing);
     loop->run(statistics);
+    placed.count(statistics.device);
     statistics.rays.add(pilot.rays);
     statistics.first_pass_s = std::max(statistics.first_pass_s, pilot.first_pass_s);
   } catch (const DeviceError& error) {

@@ -6,6 +6,7 @@
 #include "renderer/base/result.h"
 #include "renderer/camera/camera.h"
 #include "renderer/device/make_device.h"
+#include "renderer/device/tile_statistics.h"
 #include "renderer/film/film.h"
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
@@ -72,8 +73,11 @@ struct RenderSettings {
   std::shared_ptr<const FrameMotion> motion;      // for AovSet::needs_motion(), else it may be null
   std::shared_ptr<const ShadowCatchers> catchers; // of the World; for Aov::shadow_catcher, else it may be null
   DeviceKind device = DeviceKind::cpu;            // does not change the image
-  int threads = 0;                                // 0: all cores
-  int tile_size_px = 32;                          // a multiple of kBlockSize; does not change the image
+  // Limit on what a render takes of a device's memory; unset: what the device has. Textures beyond
+  // it are paged, and the render fails if there is no room for the rest. Does not change the image.
+  std::optional<uint64_t> device_memory_bytes;
+  int threads = 0;       // 0: all cores
+  int tile_size_px = 32; // a multiple of kBlockSize; does not change the image
   Schedule schedule = Schedule::tiles;
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }
@@ -83,12 +87,15 @@ struct RenderSettings {
   }
 };
 
-// The device that rendered, and the bytes of the scene in its memory.
+// The device that rendered, and what it took of its memory. All counts are 0 for the CPU.
 struct DeviceUse {
   std::string name = "cpu";
-  uint64_t scene_bytes = 0; // 0 for the CPU
-  std::string why_cpu;      // with DeviceKind::automatic, if no GPU rendered: the reason
-  double start_s = 0.0;     // part of the render phase: until the device had the scene; 0 for the CPU
+  uint64_t scene_bytes = 0; // without texture tiles
+  uint64_t peak_bytes = 0;  // of everything, at a time
+  uint64_t wave_paths = 0;  // that it follows together
+  TileStatistics tiles;
+  std::string why_cpu;  // with DeviceKind::automatic, if no GPU rendered: the reason
+  double start_s = 0.0; // part of the render phase: until the device had the scene
 };
 
 struct RenderStatistics {

@@ -60,10 +60,10 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureSettings& sett
   }
 }
 
-Texture::Texture(std::shared_ptr<const TiledImage> tiles, const Image& format, const TextureSettings& settings,
+Texture::Texture(std::shared_ptr<const TiledImage> tiled, const Image& format, const TextureSettings& settings,
                  const MipLevels& sizes)
     : Texture(format, settings) {
-  tiles_ = std::move(tiles);
+  tiles_ = std::move(tiled);
   pages = tiles_.get();
   for (const MipLevels::Level& level : sizes.levels)
     levels[static_cast<size_t>(level_count++)] = {nullptr, level.width, level.height};
@@ -71,6 +71,10 @@ Texture::Texture(std::shared_ptr<const TiledImage> tiles, const Image& format, c
 }
 
 void TextureView::fetch(int level, const std::array<int, 2>& x, const std::array<int, 2>& y, std::byte* texels) const {
+  if (tiles != nullptr) {
+    tiles->fetch(level, x, y, pixel_bytes, texels);
+    return;
+  }
   assert(pages != nullptr);
   pages->fetch(level, x, y, texels);
 }

@@ -7,6 +7,7 @@
 #include "renderer/image/tiled_cache.h"
 #include "renderer/texture/mip_levels.h"
 #include "renderer/texture/texture_settings.h"
+#include "renderer/texture/texture_tiles.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,8 @@
 
 namespace kindling {
 
-// A texture as look-ups read it. Its texels are in memory, or in pages that a cache loads.
+// A texture as look-ups read it. Its texels are in memory, or in pages that a cache loads, or on a
+// device level by level in memory or in tiles.
 struct TextureView {
   // Returns the filtered texel at uv, as in glTF: (0, 0) is the corner of the top-left texel.
   // Non-finite uv counts as (0, 0). Luminance is replicated to RGB; missing alpha is 1. Integers
@@ -46,17 +48,18 @@ struct TextureView {
   }
 
   [[nodiscard]] V2i size_px() const { return {levels[0].width, levels[0].height}; }
-  // Copies texels of a level from `pages`, as TiledImage::fetch() does.
+  // Copies texels of a level from `tiles` or `pages`, as TiledImage::fetch() does.
   void fetch(int level, const std::array<int, 2>& x, const std::array<int, 2>& y, std::byte* texels) const;
 
   struct Level {
-    const std::byte* pixels = nullptr; // null if the texels are in pages
+    const std::byte* pixels = nullptr; // null if the texels are in pages or tiles
     int width = 0;
     int height = 0;
   };
 
-  const TiledImage* pages = nullptr; // set if the levels have no pixels
-  float texel_count = 1.0f;          // of level 0
+  const TiledImage* pages = nullptr;   // set if the levels have no pixels
+  const TextureTiles* tiles = nullptr; // on a device, set if some levels have none
+  float texel_count = 1.0f;            // of level 0
   int level_count = 1;
   uint8_t layout = 0;      // of a texel, from make_layout() of texel_fetch.h
   uint8_t pixel_bytes = 0; // bytes of one texel
@@ -76,9 +79,9 @@ class Texture : public TextureView {
   // are the levels of the image; without them the texture has level 0 only.
   Texture(std::shared_ptr<const Image> image, const TextureSettings& settings,
           std::shared_ptr<const MipLevels> mips = nullptr);
-  // Reads the texels of all levels from `tiles`. `format` gives the size and type of level 0; its
+  // Reads the texels of all levels from `tiled`. `format` gives the size and type of level 0; its
   // pixels are ignored.
-  Texture(std::shared_ptr<const TiledImage> tiles, const Image& format, const TextureSettings& settings,
+  Texture(std::shared_ptr<const TiledImage> tiled, const Image& format, const TextureSettings& settings,
           const MipLevels& sizes);
 
  private:

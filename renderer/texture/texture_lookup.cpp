@@ -116,10 +116,15 @@ struct Lookup {
     const Level& level = texture.levels[static_cast<size_t>(number)];
     const std::byte* pixels = level.pixels;
     std::array<std::byte, 4 * Reader::kMaxBytes> fetched;
-    const auto at = [&](size_t pixel) { return read(pixels + pixel * reader.bytes()); };
+    const auto at = [&](size_t pixel) {
+      const std::byte* texel = pixels + pixel * reader.bytes();
+      if (KINDLING_ON_GPU && !pixels) [[unlikely]] // in place, since copies would need a stack
+        texel = texture.tiles->texel(number, pixel, texture.pixel_bytes);
+      return read(texel);
+    };
     if (texture.filter == TextureFilter::nearest && number == 0) {
       size_t pixel = locate_nearest(level, uv);
-      if (!pixels) [[unlikely]] {
+      if (!KINDLING_ON_GPU && !pixels) [[unlikely]] {
         fetch(number, {pixel, pixel, pixel, pixel, 0.0f, 0.0f}, fetched.data());
         pixels = fetched.data();
         pixel = 0;
@@ -127,7 +132,7 @@ struct Lookup {
       return at(pixel);
     }
     Footprint f = locate(level, uv);
-    if (!pixels) [[unlikely]] {
+    if (!KINDLING_ON_GPU && !pixels) [[unlikely]] {
       fetch(number, f, fetched.data());
       pixels = fetched.data();
       f = {0, 1, 2, 3, f.tx, f.ty};

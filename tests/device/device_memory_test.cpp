@@ -20,6 +20,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <malloc.h>
@@ -69,12 +70,13 @@ TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
       }
       const std::unique_ptr<const World> other = make_world(); // asked whether the render is abandoned
       std::unique_ptr<DeviceWave> wave;
+      const WaveSetup setup{.paths = device->wave_size()};
       if (kind == IntegratorKind::path)
-        wave = std::make_unique<PathWaveRunner>(*device, *other, scene->address(), false);
+        wave = std::make_unique<PathWaveRunner>(*device, *other, scene->address(), setup);
       else if (kind == IntegratorKind::whitted)
-        wave = std::make_unique<TreeWaveRunner>(*device, *other, scene->address(), settings.integrator.whitted, false);
+        wave = std::make_unique<TreeWaveRunner>(*device, *other, scene->address(), settings.integrator.whitted, setup);
       else
-        wave = std::make_unique<FirstHitWaveRunner>(*device, *other, scene->address());
+        wave = std::make_unique<FirstHitWaveRunner>(*device, *other, scene->address(), setup);
       std::vector<BlockWork> work = all_blocks(size, samples);
       for (size_t i = 0; i < work.size(); ++i) ASSERT_EQ(wave->take(i, work[i].block, samples), samples.count());
       Film film(size, {V2i(0), size}, settings.aovs);
@@ -108,22 +110,38 @@ class CountingDevice final : public Device {
   std::unique_ptr<Device> host_ = make_host_device(1);
 };
 
+// Runs a wave of one sample for each pixel, which fills it. Returns the bytes that it took.
+template <typename Wave, typename... Arguments>
+uint64_t bytes_of_wave(const WaveSetup& setup, const World& world, const Arguments&... arguments) {
+  CountingDevice device;
+  Wave wave(device, world, nullptr, arguments..., setup);
+  const V2i size(64, 64);
+  Film film(size, {V2i(0), size}, setup.aovs);
+  if (setup.trims_outliers) film.trim_outliers();
+  for (int y = 0; y < 64; y += 8)
+    for (int x = 0; x < 64; x += 8) EXPECT_EQ(wave.take(0, {V2i(x, y), V2i(x + 8, y + 8)}, {0, 1}), 1U);
+  if constexpr (!std::is_same_v<Wave, TreeWaveRunner>) {
+    EXPECT_TRUE(wave.run(film));
+  }
+  return device.allocated;
+}
+
 TEST(DeviceMemory, WavesTakeTheirEstimate) {
   const std::unique_ptr<const World> world = mixed_world(accel::Kind::kdtree);
-  AovSet aovs;
+  constexpr uint64_t kUnusedBlocks = CountingDevice::kPaths * (sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>));
+  WaveSetup setup{.paths = CountingDevice::kPaths};
   for (const AovInfo& info : kAovs) { // one more each time
-    aovs.insert(info.aov);
-    CountingDevice device;
-    PathWaveRunner wave(device, *world, nullptr, aovs.needs_film_surface());
-    const V2i size(64, 64); // one sample for each pixel fills the wave
-    Film film(size, {V2i(0), size}, aovs);
-    for (int y = 0; y < 64; y += 8)
-      for (int x = 0; x < 64; x += 8) ASSERT_EQ(wave.take(0, {V2i(x, y), V2i(x + 8, y + 8)}, {0, 1}), 1U);
-    const bool finished = wave.run(film);
-    EXPECT_TRUE(finished);
-    const uint64_t estimate = path_wave_bytes(CountingDevice::kPaths, aovs);
-    EXPECT_LE(device.allocated, estimate);
-    EXPECT_GE(device.allocated, estimate - CountingDevice::kPaths * (sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>)));
+    setup.aovs.insert(info.aov);
+    setup.trims_outliers = !setup.trims_outliers;
+    const uint64_t of_paths = bytes_of_wave<PathWaveRunner>(setup, *world);
+    EXPECT_LE(of_paths, path_wave_bytes(setup));
+    EXPECT_GE(of_paths, path_wave_bytes(setup) - kUnusedBlocks);
+    const uint64_t of_first_hits = bytes_of_wave<FirstHitWaveRunner>(setup, *world);
+    EXPECT_LE(of_first_hits, first_hit_wave_bytes(setup));
+    const WhittedSettings whitted;
+    const uint64_t of_trees = bytes_of_wave<TreeWaveRunner>(setup, *world, whitted); // before it runs
+    EXPECT_LE(of_trees, tree_wave_bytes(setup, whitted));
+    EXPECT_GE(of_trees, tree_wave_bytes(setup, whitted) - common_wave_bytes(setup));
   }
 }
 

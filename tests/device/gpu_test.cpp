@@ -4,6 +4,7 @@
 #include "renderer/device/cuda/kernel_cache.h"
 #include "renderer/device/kernels/all_kernels.h"
 #include "renderer/session/render_session.h"
+#include "tests/device/textured_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 
@@ -200,9 +201,38 @@ TEST_F(Gpu, AGpuThatIsTakenIsPassedOver) {
 
 TEST_F(Gpu, LackOfMemoryIsReportedWithFigures) {
   fail("memory=8192");
-  expect_message("no room for 0 MiB (0 of its 0 MiB are free): out of memory (CUDA_ERROR_OUT_OF_MEMORY)");
+  expect_message("Fake GPU: no room for the scene: it needs at least ");
+  expect_message(" MiB), and 0.0 MiB are free; use --device cpu");
+}
+
+TEST_F(Gpu, WavesAreSmallerWhereThereIsLittleMemory) {
   fail("memory=100000000");
-  expect_message("of its 95 MiB are free)");
+  RenderSettings here = settings(6);
+  Result<RenderOutcome> gpu = render(*world_, gpu_camera(), here, nullptr, nullptr);
+  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+  EXPECT_LT(gpu.value().statistics.device.wave_paths, kWaveSize);
+  here.device = DeviceKind::cpu;
+  expect_same_bits(gpu.value().film, render(*world_, gpu_camera(), here, nullptr, nullptr).value().film, "small waves");
+}
+
+TEST_F(Gpu, TexturesArePagedWhereTheyDoNotFit) {
+  const std::unique_ptr<const World> textured = textured_world();
+  RenderSettings here = settings(3);
+  const Film expected = render(
+                            *textured, gpu_camera(),
+                            [&] {
+                              RenderSettings on_cpu = here;
+                              on_cpu.device = DeviceKind::cpu;
+                              return on_cpu;
+                            }(),
+                            nullptr, nullptr)
+                            .value()
+                            .film;
+  here.device_memory_bytes = 13 << 20;
+  Result<RenderOutcome> gpu = render(*textured, gpu_camera(), here, nullptr, nullptr);
+  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+  EXPECT_GT(gpu.value().statistics.device.tiles.loaded, 0U);
+  expect_same_bits(gpu.value().film, expected, "paged textures");
 }
 
 // The samples of finished waves are saved, and a resumed render has the image of one that was not

@@ -42,7 +42,9 @@ Json memory_json(const MemoryBudget& budget) {
                                     {"render_bytes", of.rendering},
                                     {"peak_bytes", of.peak},
                                     {"peak_phase", of.peak_phase}});
-  json["device"] = {{"scene_bytes", budget.on_device.scene}, {"wave_bytes", budget.on_device.waves}};
+  json["device"] = {{"scene_bytes", budget.on_device.scene},
+                    {"wave_bytes", budget.on_device.waves},
+                    {"min_bytes", budget.on_device.min}};
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include "accel/memory_estimate.h"
 #include "renderer/app/text/text_format.h"
 #include "renderer/denoise/denoiser.h"
+#include "renderer/device/device_plan.h"
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/film/film.h"
 #include "renderer/world/geometry.h"
@@ -109,9 +110,15 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
     of.peak = std::max({budget.loading, building, of.rendering});
     of.peak_phase = of.peak == of.rendering ? "rendering" : of.peak == building ? "building" : "loading";
   }
-  budget.on_device = {d.geometry_bytes + instances + d.texture_bytes + d.level_bytes + lights + environment +
-                          Costs::kGuide + budget.of(accel::Kind::kdtree).held,
-                      path_wave_bytes(kWaveSize, request.aovs)};
+  const uint64_t texels_of_images = d.texture_bytes + d.level_bytes;
+  const uint64_t untextured =
+      d.geometry_bytes + instances + lights + environment + Costs::kGuide + budget.of(accel::Kind::kdtree).held;
+  const uint64_t tiles = 4 * d.max_images_of_material * Costs::kTile + texels_of_images / Costs::kTexelsOfTableByte;
+  WaveSetup waves{.aovs = request.aovs, .trims_outliers = request.trims_outliers};
+  budget.on_device = {untextured + texels_of_images, path_wave_bytes(waves)};
+  waves.paths = kMinWaveSize;
+  budget.on_device.min = untextured + std::min(d.unpaged_texture_bytes + tiles, texels_of_images) +
+                         path_wave_bytes(waves) + Costs::kWaitingPath * kMinWaveSize;
   return budget;
 }
 
@@ -127,6 +134,8 @@ std::string format_memory_budget(const MemoryBudget& budget) {
   TextTable device({{"on a device"}, {"memory", true}, {"for"}});
   device.add({"scene", format_bytes(budget.on_device.scene), "all arrays that kernels read"});
   device.add({"waves", format_bytes(budget.on_device.waves), fmt::format("{} paths", kWaveSize)});
+  device.add({"at least", format_bytes(budget.on_device.min),
+              fmt::format("with paged textures and waves of {} paths", kMinWaveSize)});
   return fmt::format("\nmemory of a render, at most, with {} thread{} (loading: {})\n{}{}{}", budget.request.threads,
                      budget.request.threads == 1 ? "" : "s", format_bytes(budget.loading), parts.str(),
                      accelerators.str(), device.str());

@@ -55,6 +55,9 @@ struct MemoryDemand {
   uint64_t level_bytes = 0;        // their coarser levels
   uint64_t largest_image_bytes = 0;
   uint64_t light_texels = 0; // of EXT_lights_image_based
+  // Texels that a device cannot page, and the maximum number of images of a material.
+  uint64_t unpaged_texture_bytes = 0;
+  uint64_t max_images_of_material = 0;
 };
 // Returns the counts of a scene that has been loaded, images included, and posed.
 [[nodiscard]] MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed);
@@ -74,6 +77,9 @@ struct MemoryCosts {
   static constexpr uint64_t kEnvironmentTexelInBuild = 48; // while reading
   static constexpr uint64_t kNode = 2600;                  // of the file, while reading: JSON, tinygltf's and our nodes
   static constexpr uint64_t kInstanceKey = 160;            // matrix in World and accelerator, box, part of its level
+  static constexpr uint64_t kTile = 16 << 10;              // of texels, on a device
+  static constexpr uint64_t kTexelsOfTableByte = 1024;     // bytes of texels for each byte of their page table
+  static constexpr uint64_t kWaitingPath = 24;             // of a device, that waits for a tile
 };
 
 struct MemoryBudget {
@@ -94,6 +100,7 @@ struct MemoryBudget {
   struct OnDevice {
     uint64_t scene = 0;
     uint64_t waves = 0; // of paths
+    uint64_t min = 0;   // of everything, with paged textures and the smallest waves
   };
   MemoryRequest request;
   uint64_t loading = 0;                      // everything, while loading

@@ -83,6 +83,34 @@ void count_textures(const Scene& scene, MemoryDemand& demand) {
   }
 }
 
+// Counts what a device keeps in memory (device/tile_plan.h): level 0 of images that rays and light
+// samples read on their way, all levels of those of procedural textures.
+void count_unpaged_textures(const Scene& scene, MemoryDemand& demand) {
+  std::set<const Image*> finest, whole;
+  const auto image_of = [&](int texture) {
+    return texture == kNone ? nullptr : scene.textures[static_cast<size_t>(texture)].image.get();
+  };
+  for (const Material& material : scene.materials) {
+    uint64_t images = 0;
+    const bool is_wall = material.transmission_factor > 0.0f && material.thickness_factor == 0.0f;
+    for (const TextureSlot* slot : texture_slots(material)) {
+      const Image* image = image_of(slot->texture);
+      if (image == nullptr) continue;
+      ++images;
+      const bool covers = slot == &material.base_color_texture && material.alpha_mode != AlphaMode::opaque;
+      if (covers || is_wall || slot == &material.emissive_texture) finest.insert(image);
+    }
+    demand.max_images_of_material = std::max(demand.max_images_of_material, images);
+  }
+  for (const ProceduralGraph& graph : scene.procedurals)
+    for (const ProceduralNode& node : graph.nodes)
+      for (const ProceduralInput& input : node.inputs)
+        if (const Image* image = image_of(input.texture)) whole.insert(image);
+  for (const Image* image : finest)
+    if (!whole.contains(image)) demand.unpaged_texture_bytes += image->byte_count();
+  for (const Image* image : whole) demand.unpaged_texture_bytes += 2 * image->byte_count(); // as color and as data
+}
+
 } // namespace
 
 MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
@@ -141,6 +169,7 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
   demand.emissive_triangles += std::min(instanced_emitters, kMaxSampledEmitters);
 
   count_textures(scene, demand);
+  count_unpaged_textures(scene, demand);
   if (posed.image_light != kNone) {
     const auto& face = scene.image_lights[static_cast<size_t>(posed.image_light)].faces[0];
     const uint64_t side = face ? static_cast<uint64_t>(face->width) : 0;

@@ -22,7 +22,9 @@ namespace kindling {
 namespace {
 
 constexpr unsigned kThreadsPerBlock = 128;
-constexpr int kOldestCapability = 70; // 10 major + minor; the target of the PTX
+constexpr int kOldestCapability = 70;         // 10 major + minor; the target of the PTX
+constexpr uint64_t kMaxStackBytes = 12 << 10; // of a thread, by any kernel
+constexpr uint64_t kRoundingBytes = 64 << 20; // allocations take whole pages of up to 2 MiB
 
 constexpr std::array<const char*, kKernelCount> kEntries{
 #define KINDLING_ENTRY_NAME(name, argument) "kindling_" #name,
@@ -63,6 +65,18 @@ class CudaDevice final : public Device {
   void release(std::byte* memory) noexcept override {
     driver_.use_context(context_);
     driver_.release(reinterpret_cast<cuda::Address>(memory)); // a lost device has lost it already
+  }
+  // The driver takes the stacks of all threads in flight at the first launch.
+  [[nodiscard]] uint64_t free_bytes() const override {
+    use();
+    size_t free_bytes = 0, total_bytes = 0;
+    check(driver_.memory(&free_bytes, &total_bytes), "asking for its memory");
+    int processors = 0, threads = 0;
+    check(driver_.device_attribute(&processors, cuda::kProcessors, number_), "asking for its processors");
+    check(driver_.device_attribute(&threads, cuda::kThreadsPerProcessor, number_), "asking for its threads");
+    const uint64_t taken =
+        static_cast<uint64_t>(processors) * static_cast<uint64_t>(threads) * kMaxStackBytes + kRoundingBytes;
+    return free_bytes > taken ? free_bytes - taken : 0;
   }
   void upload(std::span<const std::byte> from, std::byte* to) override {
     if (from.empty()) return;

@@ -25,6 +25,7 @@ using Address = unsigned long long; // CUdeviceptr
 
 // Values of CUdevice_attribute.
 inline constexpr int kMajorCapability = 75, kMinorCapability = 76;
+inline constexpr int kProcessors = 16, kThreadsPerProcessor = 39;
 // Values of CUjit_option.
 inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
 // A value of CUjitInputType.

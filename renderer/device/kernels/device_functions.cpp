@@ -13,10 +13,9 @@ namespace kindling {
 accel::Hit WorldView::probe_hit(const accel::Ray& ray) const { return compact_probe_hit(*this, ray); }
 bool WorldView::probe_is_blocked(const accel::Ray& ray) const { return compact_probe_is_blocked(*this, ray); }
 bool WorldView::sight_is_blocked(const accel::Ray& ray) const { return compact_sight_is_blocked(*this, ray); }
-// Scenes on a device have all texels in memory.
-void TextureView::fetch(int /*level*/, const std::array<int, 2>& /*x*/, const std::array<int, 2>& /*y*/,
-                        std::byte* /*texels*/) const {
-  __builtin_trap();
+// A device has no pages. GPUs read texels in place.
+void TextureView::fetch(int level, const std::array<int, 2>& x, const std::array<int, 2>& y, std::byte* texels) const {
+  tiles->fetch(level, x, y, pixel_bytes, texels);
 }
 
 // The cache is the processor's: its threads fill it while they render.

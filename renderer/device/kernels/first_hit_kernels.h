@@ -11,7 +11,8 @@
 namespace kindling::kernels {
 
 // Computes the color of a sample.
-inline void show_first_hit(const FirstHitWave& wave, uint32_t slot) {
+inline void show_first_hit(const FirstHitWave& wave, uint32_t launched) {
+  const uint32_t slot = number_of(wave.tiles, launched);
   const FirstHitStages& stages = wave.scene->first_hit;
   const WorldView& world = wave.scene->world;
   const accel::Ray ray = begin_sample(wave, slot);
@@ -19,12 +20,14 @@ inline void show_first_hit(const FirstHitWave& wave, uint32_t slot) {
   SampleColor& color = wave.colors[slot];
   color = {Rgb(0.0f), hit.is_hit() ? 1.0f : 0.0f};
   if (!hit.is_hit()) return;
+  begin_look_ups(wave.tiles);
   if (stages.kind != IntegratorKind::ambient_occlusion) {
     color.rgb = stages.color_of(ray, hit);
+    if (waits_for_tiles(wave.tiles, slot)) return; // and computes all of this again
     return;
   }
   const std::optional<accel::Ray> occlusion = stages.occlusion_ray(wave.samples[slot], ray, hit);
-  if (!occlusion) return;
+  if (waits_for_tiles(wave.tiles, slot) || !occlusion) return; // what waits begins its sample again
   ++wave.rays[slot].shadows;
   if (!world.probe_is_blocked(*occlusion)) color.rgb = Rgb(1.0f);
 }

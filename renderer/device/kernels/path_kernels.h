@@ -65,7 +65,8 @@ struct WaveSink {
 };
 
 // Shades the hit of an active path, or what it sees beyond the scene.
-inline void shade(const PathWave& wave, uint32_t number) {
+inline void shade(const PathWave& wave, uint32_t launched) {
+  const uint32_t number = number_of(wave.tiles, launched);
   const PathStages& stages = wave.scene->stages;
   const WorldView& world = wave.scene->world;
   const uint32_t slot = wave.active.paths[number];
@@ -81,7 +82,13 @@ inline void shade(const PathWave& wave, uint32_t number) {
     return;
   }
   SurfacePoint surface;
+  const RayCone cone = path.state.cone;
+  begin_look_ups(wave.tiles);
   world.surface_at(ray, hit, surface, stages.measure_footprint(ray, hit.t, path.state));
+  if (waits_for_tiles(wave.tiles, number)) {
+    path.state.cone = cone;
+    return;
+  }
   SurfaceDraws sampled;
   std::optional<LightSample> light;
   if (PathStages::reflects(surface, path.state)) {

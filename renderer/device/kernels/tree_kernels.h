@@ -70,17 +70,20 @@ struct TreeSink {
 };
 
 // Traces the ray of a node and shades what it hits.
-inline void trace_node(const TreeWave& wave, uint32_t number) {
+inline void trace_node(const TreeWave& wave, uint32_t launched) {
+  const uint32_t number = number_of(wave.tiles, launched);
   const DeviceScene& scene = *wave.scene;
   WhittedNode& node = wave.nodes[number];
   const bool bounces = !node.seen || node.transparent_surfaces > 0;
   const accel::Hit hit = scene.world.probe_hit(node.ray);
-  TreeSink sink{wave};
-  if (scene.shader.arrive(node, hit, sink)) {
-    SurfacePoint surface;
+  SurfacePoint surface;
+  if (hit.is_hit()) {
+    begin_look_ups(wave.tiles);
     scene.world.surface_at(node.ray, hit, surface, WhittedShader::footprint_of(node, hit));
-    scene.shader.shade(node, hit, surface, sink);
+    if (waits_for_tiles(wave.tiles, number)) return;
   }
+  TreeSink sink{wave};
+  if (scene.shader.arrive(node, hit, sink)) scene.shader.shade(node, hit, surface, sink);
   WaveRays<uint32_t>& rays = wave.rays[node.slot];
   count(rays.bounces, bounces ? 1 : 0);
   count(rays.shadows, sink.shadows);

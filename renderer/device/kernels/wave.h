@@ -5,6 +5,7 @@
 #include "renderer/device/kernels/device_scene.h"
 #include "renderer/film/film_view.h"
 #include "renderer/integrator/stages/camera_sample.h"
+#include "renderer/texture/texture_tiles.h"
 
 #include <cstdint>
 #include <span>
@@ -45,6 +46,15 @@ struct WaveLosses {
   uint64_t first = kNone; // the least of them, by index, row and column: 32, 16 and 16 bits
 };
 
+// Queue of a kernel that shades, where textures are in tiles (TilePager).
+struct WaveTiles {
+  const TilePool* pool = nullptr;  // null: all texels are in memory
+  const uint64_t* again = nullptr; // numbers that run again, in the lower 32 bits; null: all
+  // Receives the numbers that wait, with the first tile that each misses in the upper bits.
+  uint64_t* waiting = nullptr;
+  uint32_t* waiting_count = nullptr;
+};
+
 // The part of a wave that all tracers have.
 struct Wave {
   const DeviceScene* scene = nullptr;
@@ -56,6 +66,7 @@ struct Wave {
   FilmView film; // by pixel
   WaveRays<uint64_t>* block_rays = nullptr;
   WaveLosses* losses = nullptr;
+  WaveTiles tiles;
 };
 
 } // namespace kindling

@@ -55,6 +55,24 @@ template <uint32_t WaveBlock::*kFirst>
   return ray;
 }
 
+// Returns the number that this run of a kernel is for: `number` in a first launch.
+[[nodiscard]] inline uint32_t number_of(const WaveTiles& tiles, uint32_t number) {
+  return tiles.again != nullptr ? static_cast<uint32_t>(tiles.again[number]) : number;
+}
+// Called before the look-ups of a kernel.
+inline void begin_look_ups(const WaveTiles& tiles) {
+  if (tiles.pool != nullptr) tiles.pool->begin();
+}
+// True if one of the look-ups since has missed a tile. Then the kernel has no effect, and will run
+// for `number` again.
+[[nodiscard]] inline bool waits_for_tiles(const WaveTiles& tiles, uint32_t number) {
+  if (tiles.pool == nullptr) return false;
+  const uint32_t missing = tiles.pool->missing();
+  if (missing == TilePool::kNone) return false;
+  tiles.waiting[__atomic_fetch_add(tiles.waiting_count, 1U, __ATOMIC_RELAXED)] = uint64_t{missing} << 32 | number;
+  return true;
+}
+
 inline void add_loss(WaveLosses& losses, const CameraSample& sample) {
   const uint64_t here = uint64_t{sample.sample_index} << 32 | static_cast<uint64_t>(sample.pixel.y) << 16 |
                         static_cast<uint64_t>(sample.pixel.x);
