@@ -5,7 +5,9 @@
 #include "tests/app/test_scene.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -72,6 +74,67 @@ TEST_F(DeviceCommand, CheckpointsMoveBetweenDevices) {
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
     EXPECT_EQ(pixels(first + ".exr"), pixels("whole.exr")) << first << " first";
   }
+}
+
+// A scene with textures of a few megabytes.
+class DeviceMemoryCommand : public DeviceCommand {
+ protected:
+  [[nodiscard]] ProgramResult interior(Words flags) const {
+    const Words fixed{
+        "render", KINDLING_SCENES "/interior.glb", "--size", "64x36", "--spp", "2", "--guiding", "off", "--exr-float"};
+    flags.insert(flags.begin(), fixed.begin(), fixed.end());
+    return run_program(flags, folder_);
+  }
+  [[nodiscard]] nlohmann::json device_of(const std::string& stats) const {
+    return nlohmann::json::parse(read_file(stats))["device"];
+  }
+};
+
+TEST_F(DeviceMemoryCommand, PagedTexturesGiveTheSameImageWithinTheLimit) {
+  ASSERT_EQ(interior({"-o", "cpu.exr"}).exit_code, 0);
+  ASSERT_EQ(interior({"--device", "host", "-o", "whole.exr", "--stats", "whole.json"}).exit_code, 0);
+  const nlohmann::json whole = device_of("whole.json");
+  EXPECT_TRUE(whole["tiles"].is_null());
+  EXPECT_GT(whole["peak_bytes"], whole["scene_bytes"]);
+  const auto scene_bytes = whole["scene_bytes"].get<uint64_t>();
+  const std::string limit = std::to_string(scene_bytes + (2 << 20));
+  for (const std::string texture_memory : {"1G", "64K"}) { // texels in memory, and on disk
+    const ProgramResult paged = interior({"--device", "host", "--device-memory", limit, "--texture-memory",
+                                          texture_memory, "--verbose", "-o", "paged.exr", "--stats", "paged.json"});
+    ASSERT_EQ(paged.exit_code, 0) << paged.err;
+    const nlohmann::json device = device_of("paged.json");
+    EXPECT_LE(device["peak_bytes"], scene_bytes + (2 << 20));
+    EXPECT_GT(device["tiles"]["loaded"], 0);
+    EXPECT_LT(device["tiles"]["slots"], device["tiles"]["tiles"]);
+    EXPECT_NE(paged.err.find(" stages run again"), std::string::npos) << paged.err;
+    EXPECT_EQ(pixels("paged.exr"), pixels("cpu.exr")) << texture_memory;
+  }
+}
+
+TEST_F(DeviceMemoryCommand, TooLittleIsOneLineWithFigures) {
+  const ProgramResult refused = interior({"--device", "host", "--device-memory", "1M", "--quiet", "-o", "image.exr"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.err_lines().size(), 1U) << refused.err;
+  EXPECT_NE(refused.err.find("needs at least"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("larger --device-memory"), std::string::npos) << refused.err;
+  EXPECT_FALSE(exists("image.exr"));
+  EXPECT_EQ(interior({"--device-memory", "much", "-o", "image.exr"}).exit_code, 2);
+}
+
+// The minimum of `info` is enough, and not far above the truth.
+TEST_F(DeviceMemoryCommand, TheMinimumOfInfoIsEnough) {
+  const ProgramResult info =
+      run_program({"info", KINDLING_SCENES "/interior.glb", "--size", "64x36", "--json"}, folder_);
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const nlohmann::json device = nlohmann::json::parse(info.out)["memory"]["device"];
+  const auto min_bytes = device["min_bytes"].get<uint64_t>();
+  EXPECT_LT(min_bytes, device["scene_bytes"].get<uint64_t>() + device["wave_bytes"].get<uint64_t>());
+  const auto within = [&](uint64_t bytes) {
+    return interior({"--device", "host", "--device-memory", std::to_string(bytes), "-o", "image.exr"}).exit_code;
+  };
+  EXPECT_EQ(within(min_bytes), 0);
+  constexpr uint64_t kAllowed = 36 << 20; // 24 MiB for the guide, 12 for any tree
+  EXPECT_EQ(within((min_bytes - kAllowed) / 2), 1);
 }
 
 } // namespace

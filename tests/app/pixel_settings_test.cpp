@@ -149,6 +149,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--accel", {true, kNone, {"--accel", "embree"}}},
       {"--accel-quality", {true, kNone, {"--accel-quality", "best"}}},
       {"--device", {false, kNone, {"--device", "host"}}},
+      {"--device-memory", {false, {"--device", "host"}, {"--device-memory", "64M"}}},
       {"--threads", {false, kNone, {"--threads", "1"}}},
       {"--tile-size", {false, kNone, {"--tile-size", "8"}}},
       {"--schedule", {false, kNone, {"--schedule", "regions"}}},

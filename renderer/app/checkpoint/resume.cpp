@@ -107,6 +107,7 @@ void override_render(const ResumeOptions& resume, RenderOptions& o) {
   if (!resume.stats_file.empty()) o.stats_file = resume.stats_file;
   if (resume.denoising) o.resumed_denoising = resume.denoising;
   if (resume.device) o.device = *resume.device;
+  if (resume.device_memory_bytes) o.device_memory_bytes = resume.device_memory_bytes;
   if (resume.threads) o.threads = *resume.threads;
   if (resume.time_limit_s) {
     if (!o.time_limit_s) o.spp = o.samples_per_pixel(); // with a limit the default would be another

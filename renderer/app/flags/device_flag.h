@@ -4,11 +4,13 @@
 
 #include "renderer/app/flags/flag_set.h"
 #include "renderer/app/flags/scene_flags.h"
+#include "renderer/app/text/parse_values.h"
 #include "renderer/base/text.h"
 #include "renderer/device/make_device.h"
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,6 +32,14 @@ void add_device_flag(FlagSet& flags, Device& device, std::string_view otherwise)
     device = *kind;
     return {};
   });
+}
+
+inline void add_device_memory_flag(FlagSet& flags, std::optional<uint64_t>& bytes, std::string_view otherwise) {
+  flags.value("--device-memory", "SIZE",
+              fmt::format("Limit on the memory of the device, such as 6G: textures beyond it are paged from the "
+                          "processor's memory; does not change the image [{}]",
+                          otherwise),
+              [&bytes](auto text) { return store(parse_bytes(text), bytes); });
 }
 
 // A device that is measured beside the processor: host or gpu. `help` names what it does.

@@ -204,6 +204,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
 void add_machine_flags(FlagSet& flags, RenderOptions& o) {
   flags.group("Machine");
   add_device_flag(flags, o.device, device_kind_name(o.device));
+  add_device_memory_flag(flags, o.device_memory_bytes, "what the device has");
   flags.value("--threads", "N",
               fmt::format("Threads for loading, building and rendering; 0: all cores [{}]", o.threads),
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });

@@ -39,6 +39,7 @@ void add_resume_flags(FlagSet& flags, ResumeOptions& o) {
               });
   flags.group("Machine");
   add_device_flag(flags, o.device, "unchanged");
+  add_device_memory_flag(flags, o.device_memory_bytes, "unchanged");
   flags.value("--threads", "N", "Threads; 0: all cores [unchanged]",
               [&o](auto text) { return store(parse_integer(text, 0, 1024), o.threads); });
   flags.value("--checkpoint-every", "TIME", "Time between saves, the most that a crash can cost [unchanged]",

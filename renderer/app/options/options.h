@@ -57,7 +57,8 @@ struct RenderOptions : WorldSettings, ImageSettings {
   uint32_t replay_sample = 0;
 
   DeviceKind device = DeviceKind::cpu;
-  int threads = 0; // 0: all cores
+  std::optional<uint64_t> device_memory_bytes; // RenderSettings::device_memory_bytes
+  int threads = 0;                             // 0: all cores
   int tile_size_px = 32;
   Schedule schedule = Schedule::tiles;
 

@@ -23,6 +23,7 @@ struct ResumeOptions {
   std::filesystem::path stats_file;
   std::optional<Denoising> denoising;
   std::optional<DeviceKind> device;
+  std::optional<uint64_t> device_memory_bytes;
   std::optional<int> threads;
   std::optional<double> time_limit_s;
   std::optional<double> checkpoint_every_s;

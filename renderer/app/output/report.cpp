@@ -42,6 +42,9 @@ std::string format_summary(const RenderReport& r) {
       s.samples_per_pixel, r.interrupted ? fmt::format(" of {}", r.spp_wanted) : "", r.accelerator_description,
       s.device.name == "cpu" ? fmt::format("{} thread{}", s.threads, s.threads == 1 ? "" : "s")
                              : fmt::format("device {}", s.device.name));
+  if (const TileStatistics& tiles = s.device.tiles; tiles.tiles > 0)
+    text += fmt::format("  tiles   room for {} of {}; {} loaded, {} evicted, {} stages run again\n", count(tiles.slots),
+                        count(tiles.tiles), count(tiles.loaded), count(tiles.evicted), count(tiles.stages_again));
   if (!s.device.why_cpu.empty()) text += fmt::format("  device  cpu, because: {}\n", s.device.why_cpu);
   text += fmt::format("  time    load {}", format_seconds(t.load_s));
   if (t.import.textures.wall_s >= 0.0005)

@@ -7,6 +7,23 @@
 #include <nlohmann/json.hpp>
 
 namespace kindling::app {
+namespace {
+
+nlohmann::ordered_json device_json(const DeviceUse& device) {
+  nlohmann::ordered_json json = {{"name", device.name},
+                                 {"scene_bytes", device.scene_bytes},
+                                 {"peak_bytes", device.peak_bytes},
+                                 {"wave_paths", device.wave_paths},
+                                 {"start_s", device.start_s},
+                                 {"tiles", nullptr}};
+  if (const TileStatistics& tiles = device.tiles; tiles.tiles > 0)
+    json["tiles"] = {{"tiles", tiles.tiles},   {"slots", tiles.slots},     {"min_slots", tiles.min_slots},
+                     {"loaded", tiles.loaded}, {"evicted", tiles.evicted}, {"stages_again", tiles.stages_again}};
+  if (!device.why_cpu.empty()) json["why_cpu"] = device.why_cpu;
+  return json;
+}
+
+} // namespace
 
 std::string format_stats_json(const RenderReport& r, bool one_line) {
   const RenderStatistics& s = r.statistics;
@@ -33,8 +50,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                         {"converged", s.converged_share}};
   json["seed"] = r.seed;
   json["threads"] = s.threads;
-  json["device"] = {{"name", s.device.name}, {"scene_bytes", s.device.scene_bytes}, {"start_s", s.device.start_s}};
-  if (!s.device.why_cpu.empty()) json["device"]["why_cpu"] = s.device.why_cpu;
+  json["device"] = device_json(s.device);
   json["integrator"] = r.integrator;
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;
