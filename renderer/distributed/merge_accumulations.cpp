@@ -106,6 +106,7 @@ class Sum {
     whole_.emplace(RenderState{Film(identity_.size_px, area, part.film.aovs()), Coverage(area), {}, {}});
     if (part.film.trims_outliers()) whole_->film.trim_outliers();
     if (part.film.has_splats()) whole_->film.enable_splats();
+    whole_->work.light_paths = part.work.light_paths;
     whole_->film.split_by_light_groups(part.film.light_groups());
     if (!is_adaptive(part)) return;
     whole_->adaptive.stop_at.assign(whole_->coverage.block_count(), std::numeric_limits<uint32_t>::max());
@@ -115,9 +116,13 @@ class Sum {
 
   // Checks what summaries do not show: layers, and the grid of blocks.
   [[nodiscard]] Result<void> check(const std::filesystem::path& file, const RenderState& part) const {
+    if (part.work.light_paths != whole_->work.light_paths || part.film.has_splats() != whole_->film.has_splats())
+      return damaged(file, "has other light paths than the first part: --light-paths auto traces none on devices; "
+                           "render all parts on the CPU, or with --light-paths 0");
     if (part.film.aovs().bits() != whole_->film.aovs().bits() ||
         part.film.trims_outliers() != whole_->film.trims_outliers() ||
-        part.film.has_splats() != whole_->film.has_splats() || part.film.light_groups() != whole_->film.light_groups())
+        !same_rect(part.film.splat_area(), whole_->film.splat_area()) ||
+        part.film.light_groups() != whole_->film.light_groups())
       return damaged(file, "has different layers than the first part, although its settings are the same");
     if (is_adaptive(part) != is_adaptive(*whole_))
       return damaged(file, "differs from the first part in adaptive sampling, although its settings are the same");

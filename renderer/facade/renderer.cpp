@@ -66,19 +66,18 @@ struct Renderer::Impl {
   std::optional<RenderStage> stage; // of the last image
   RenderSettings settings;          // likewise
 
-  // The guide of the last image, for replays: unset until it is trained, null if the image has
-  // none.
-  std::mutex guide_mutex;
-  std::optional<std::shared_ptr<const Guide>> guide;
-  // Returns that guide; trains it if a replay comes first. Needs the stage.
-  [[nodiscard]] Result<std::shared_ptr<const Guide>> guide_of_image() {
-    const std::lock_guard training(guide_mutex);
-    if (!guide) {
-      Result<std::shared_ptr<const Guide>> trained = train_again(*stage->world, *stage->camera, settings);
-      if (!trained.ok()) return trained.error();
-      guide = std::move(trained).value();
+  // What the last image has learned, for replays: unset until then.
+  std::mutex learned_mutex;
+  std::optional<LearnedPaths> learned;
+  // Returns that; learns it if a replay comes first. Needs the stage.
+  [[nodiscard]] Result<LearnedPaths> learned_by_image() {
+    const std::lock_guard training(learned_mutex);
+    if (!learned) {
+      Result<LearnedPaths> again = train_again(*stage->world, *stage->camera, settings);
+      if (!again.ok()) return again.error();
+      learned = std::move(again).value();
     }
-    return *guide;
+    return *learned;
   }
 };
 
@@ -131,7 +130,7 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
   // --- pose, identity, World ---------------------------------------------------------------------
   std::unique_lock changing(impl_->stage_mutex);
   impl_->stage.reset();
-  impl_->guide.reset();
+  impl_->learned.reset();
   scene.keeps_decisions = run.keep_decisions;
   Result<PosedImage> posed = pose_image(scene, image);
   if (!posed.ok()) return posed.error();
@@ -174,9 +173,9 @@ Result<RenderedImage> Renderer::render(const ImageSettings& image, const RunOpti
     checkpoint->set_metadata(metadata_to_json(metadata()));
     continuity = checkpoint->continuity();
   }
-  continuity.after_training = [&impl = *impl_](std::shared_ptr<const Guide> guide) {
-    const std::lock_guard setting(impl.guide_mutex);
-    impl.guide = std::move(guide);
+  continuity.after_training = [&impl = *impl_](const LearnedPaths& learned) {
+    const std::lock_guard setting(impl.learned_mutex);
+    impl.learned = learned;
   };
   if (run.on_pass)
     continuity.after_pass = [&](const RenderState& state) {
@@ -243,10 +242,10 @@ Result<ReplayedPath> Renderer::replay(const V2f& position, uint32_t sample) cons
   for (int axis = 0; axis < 2; ++axis)
     path.pixel[axis] = std::clamp(static_cast<int>(position[axis] * static_cast<float>(stage.size_px[axis])), 0,
                                   stage.size_px[axis] - 1);
-  const Result<std::shared_ptr<const Guide>> guide = impl_->guide_of_image();
-  if (!guide.ok()) return guide.error();
+  const Result<LearnedPaths> learned = impl_->learned_by_image();
+  if (!learned.ok()) return learned.error();
   Result<ReplayedSample> replayed =
-      replay_sample(*stage.world, *stage.camera, impl_->settings, guide.value().get(), path.pixel, path.sample);
+      replay_sample(*stage.world, *stage.camera, impl_->settings, learned.value(), path.pixel, path.sample);
   if (!replayed.ok()) return replayed.error();
   path.replayed = std::move(replayed).value();
   path.ways = find_path_ways(*stage.camera, path.replayed.trace, stage.world->bounds);

@@ -97,8 +97,7 @@ Film Film::cut(const PixelRect& crop) const {
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
   part.split_by_light_groups(light_groups_);
-  if (!splats_.empty()) part.enable_splats();
-  const std::vector<ConstPlane> from = planes();
+  const std::vector<ConstPlane> from = planes(); // splats are the last
   const std::vector<Plane> to = part.planes();
   tbb::parallel_for(crop.min.y, crop.max.y, [&](int y) {
     for (size_t p = 0; p < to.size(); ++p) {
@@ -109,8 +108,7 @@ Film Film::cut(const PixelRect& crop) const {
     for (int x = crop.min.x; x < crop.max.x && !mattes_.empty(); ++x)
       part.mattes_.add(part.index_of({x, y}), mattes_, index_of({x, y}));
   });
-  // Paths of samples outside of the crop have reached pixels inside of it.
-  if (!part.splats_.empty()) part.splats_[0].paths += static_cast<uint64_t>(light_paths() - part.light_paths());
+  cut_splats(part);
   return part;
 }
 
@@ -139,7 +137,12 @@ void Film::add(const Film& part) {
   add_rows(colors_, part.colors_);
   add_rows(nearest_, part.nearest_);
   add_rows(catchers_, part.catchers_);
-  add_rows(splats_, part.splats_);
+  assert(part.splats_.empty() || contains(splat_area_, part.splat_area_));
+  if (!splats_.empty() && !part.splats_.empty())
+    tbb::parallel_for(part.splat_area_.min.y, part.splat_area_.max.y, [&](int y) {
+      for (int x = part.splat_area_.min.x; x < part.splat_area_.max.x; ++x)
+        splats_[splat_index({x, y})].add(part.splats_[part.splat_index({x, y})]);
+    });
   if (mattes_.empty()) return;
   tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
     for (int x = part.crop_.min.x; x < part.crop_.max.x; ++x)
@@ -241,7 +244,7 @@ void Film::resolve_pixel(Aov aov, size_t index, double light_paths, float* out) 
     store_mean(sum.rgb, by, out);
     if (light_paths > 0.0)
       for (int c = 0; c < 3; ++c)
-        out[c] = static_cast<float>(sum.rgb[c].value() / by + splats_[index].rgb[c].value() / light_paths);
+        out[c] = static_cast<float>(sum.rgb[c].value() / by + splat_at(index).rgb[c].value() / light_paths);
     return;
   // Negative lobes of the filter can move means at edges out of [0, 1].
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(opacity(index) / by, 0.0, 1.0)); return;

@@ -100,16 +100,20 @@ class Film {
   void add_caught(const V2i& pixel, const CaughtLight& light, float weight) {
     if (!catchers_.empty()) catchers_[index_of(pixel)].add(light, weight);
   }
-  // Enables add_splat(). Must be called before the first add().
-  void enable_splats();
+  // Enables add_splat() for the pixels of a rectangle that contains crop(): light paths of a part
+  // of an image reach pixels of other parts. Must be called before the first add().
+  void enable_splats(const PixelRect& area);
+  void enable_splats() { enable_splats(crop_); }
   [[nodiscard]] bool has_splats() const { return !splats_.empty(); }
-  // Adds what a light path contributes to a pixel, which must be inside of crop(). Thread-safe
-  // among calls of this function.
+  // Returns the pixels that splats can be added to; empty without splats.
+  [[nodiscard]] const PixelRect& splat_area() const { return splat_area_; }
+  // Adds what a light path contributes to a pixel, which must be inside of splat_area().
+  // Thread-safe among calls of this function.
   void add_splat(const V2i& pixel, const Rgb& radiance);
   // Counts light paths that belong to samples of `pixel`; they need not have added anything. The
   // beauty contains the sum of all splats at a pixel over the number of paths of the whole film.
   void add_light_paths(const V2i& pixel, uint64_t count) {
-    if (!splats_.empty()) splats_[index_of(pixel)].paths += count;
+    if (!splats_.empty()) splats_[splat_index(pixel)].paths += count;
   }
   // Adds sums of samples of the pixels of `block`, which is inside of crop(): one record for each
   // pixel, rows from the top, in the arrays that this film has. Mattes, nearest samples and shadow
@@ -134,17 +138,18 @@ class Film {
     const PixelSum& sum = sums_[index_of(pixel)];
     return {{sum.rgb[0].value(), sum.rgb[1].value(), sum.rgb[2].value()}, sum.weight.value()};
   }
-  // Returns the part of this film inside of `crop`, a rectangle within crop().
+  // Returns the part of this film inside of `crop`, a rectangle within crop(), with the splats
+  // there.
   [[nodiscard]] Film cut(const PixelRect& crop) const;
 
   // Adds the sums of another film of the same image, AOVs, light groups and treatment of outliers,
-  // whose crop must be within crop().
+  // whose crop must be within crop(), and its splats within splat_area().
   void add(const Film& part);
 
   // A plane gives access to stored sums, for files: an array of fixed-size records of little-endian
-  // words, one for each pixel of the crop window, rows from the top. The set of planes depends on
-  // the AOVs, on trim_outliers() and on light groups only; README.md describes their layout. Mattes
-  // are no plane: pixels have different numbers of terms.
+  // words, one for each pixel of the crop window, or of splat_area(), rows from the top. The set of
+  // planes depends on the AOVs, on trim_outliers(), enable_splats() and light groups only;
+  // README.md describes their layout. Mattes are no plane: pixels have different numbers of terms.
   struct ConstPlane {
     std::string_view name; // unique, at most 31 characters
     size_t bytes_per_pixel = 0;
@@ -190,6 +195,15 @@ class Film {
            static_cast<size_t>(pixel.x - crop_.min.x);
   }
 
+  [[nodiscard]] size_t splat_index(const V2i& pixel) const {
+    assert(pixel.x >= splat_area_.min.x && pixel.x < splat_area_.max.x);
+    assert(pixel.y >= splat_area_.min.y && pixel.y < splat_area_.max.y);
+    return static_cast<size_t>(pixel.y - splat_area_.min.y) * static_cast<size_t>(splat_area_.width()) +
+           static_cast<size_t>(pixel.x - splat_area_.min.x);
+  }
+  [[nodiscard]] const SplatSum& splat_at(size_t index) const; // of the pixel with this index_of()
+  void cut_splats(Film& part) const;                          // of cut()
+
   [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, double light_paths, float* out) const;
   [[nodiscard]] double light_paths() const; // of all pixels
@@ -218,9 +232,10 @@ class Film {
   static constexpr uint8_t kNotStored = 0xff;
   std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
   size_t pass_count_ = 0;
-  ZeroedArray<NearestSample> nearest_;      // only if AovSet::needs_nearest()
-  ZeroedArray<CatcherSum> catchers_;        // only with Aov::shadow_catcher
-  ZeroedArray<SplatSum> splats_;            // only with enable_splats()
+  ZeroedArray<NearestSample> nearest_; // only if AovSet::needs_nearest()
+  ZeroedArray<CatcherSum> catchers_;   // only with Aov::shadow_catcher
+  ZeroedArray<SplatSum> splats_;       // of splat_area_; only with enable_splats()
+  PixelRect splat_area_;
   std::shared_ptr<SplatLocks> splat_locks_; // copies of a film may share them
   MatteSums mattes_;                        // only with AovSet::has_mattes()
 };

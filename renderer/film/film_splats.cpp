@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 
+#include <algorithm>
+#include <cassert>
 #include <mutex>
 
 namespace kindling {
@@ -12,15 +14,33 @@ struct SplatLocks {
   std::array<std::mutex, 256> mutexes;
 };
 
-void Film::enable_splats() {
-  splats_ = ZeroedArray<SplatSum>(sums_.size());
+void Film::enable_splats(const PixelRect& area) {
+  assert(crop_.empty() || (area.min.x <= crop_.min.x && area.min.y <= crop_.min.y && area.max.x >= crop_.max.x &&
+                           area.max.y >= crop_.max.y));
+  splat_area_ = area;
+  splats_ = ZeroedArray<SplatSum>(area.empty() ? 0 : static_cast<size_t>(area.pixel_count()));
   splat_locks_ = std::make_shared<SplatLocks>();
 }
 
 void Film::add_splat(const V2i& pixel, const Rgb& radiance) {
-  SplatSum& sum = splats_[index_of(pixel)];
+  SplatSum& sum = splats_[splat_index(pixel)];
   const std::lock_guard lock(splat_locks_->of_row(pixel.y));
   for (int c = 0; c < 3; ++c) sum.rgb[c].add(static_cast<double>(radiance[c]));
+}
+
+const SplatSum& Film::splat_at(size_t index) const {
+  const auto width = static_cast<size_t>(crop_.width());
+  return splats_[splat_index(crop_.min + V2i(static_cast<int>(index % width), static_cast<int>(index / width)))];
+}
+
+void Film::cut_splats(Film& part) const {
+  if (splats_.empty()) return;
+  part.enable_splats();
+  for (int y = part.crop_.min.y; y < part.crop_.max.y; ++y)
+    std::copy_n(splats_.data() + splat_index({part.crop_.min.x, y}), part.crop_.width(),
+                part.splats_.data() + part.splat_index({part.crop_.min.x, y}));
+  // Paths of samples outside of the crop have reached pixels inside of it.
+  if (!part.splats_.empty()) part.splats_[0].paths += static_cast<uint64_t>(light_paths() - part.light_paths());
 }
 
 double Film::light_paths() const {

@@ -55,6 +55,12 @@ struct Seen {
     if ((side > 0.0f) != (wi.dot(frame.normal) > 0.0f)) return Rgb(0.0f);
     return bsdf->eval(frame.to_local(wi)).value;
   }
+  // Returns the density of a cosine lobe over that of the directions that the guide chooses.
+  [[nodiscard]] float cosine_over_density(const PathStages& stages, const V3f& from_camera, const V3f& wi) const {
+    GuidedBsdf guided(surface.bsdf, surface.layered ? &surface.layers.bsdf : nullptr, frame, -from_camera);
+    if (stages.patches) guided.guide_to(*stages.patches, surface.position);
+    return std::abs(frame.to_local(wi).z) * kInvPi / guided.eval(wi).pdf;
+  }
 };
 
 // The surface at a hit as it is seen from a direction.
@@ -126,47 +132,64 @@ void LightPaths::start(const PixelRect& block, uint32_t pass, LightPathContext& 
   const V2i size = camera_.size_px();
   const auto pixels = static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y);
   for (int y = block.min.y; y < block.max.y; ++y)
-    for (int x = block.min.x; x < block.max.x; ++x) {
-      const uint64_t number =
-          pass * pixels + static_cast<uint64_t>(y) * static_cast<uint64_t>(size.x) + static_cast<uint64_t>(x);
-      const Draws draws{hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32)),
-                        static_cast<uint32_t>(number)};
-      const V2f choice = draws(kChoice);
-      const std::optional<EmittedRay> emitted =
-          emission.sample({choice.x, choice.y, draws(kPosition), draws(kDirection)});
-      if (!emitted) continue;
-      LightPathContext::Path path;
-      path.emitted = *emitted;
-      path.key = draws.key;
-      path.index = draws.index;
-      context.active.push_back(static_cast<uint32_t>(context.paths.size()));
-      context.paths.push_back(path);
-      // Emitters with a surface are not hit again from just above it.
-      const float lift =
-          emitted->emitter < emission.lights->triangles.size() ? 1e-5f * (max_abs(emitted->origin) + 1e-3f) : 0.0f;
-      context.rays.push_back({.origin = emitted->origin + emitted->direction * lift,
-                              .t_min = 0.0f,
-                              .direction = emitted->direction,
-                              .t_max = kInfinity,
-                              .key = hash_combine(draws.key, draws.index),
-                              .index = draws.index,
-                              .flags = kHitPartlyTransparent});
-    }
+    for (int x = block.min.x; x < block.max.x; ++x)
+      start_path(pass * pixels + static_cast<uint64_t>(y) * static_cast<uint64_t>(size.x) + static_cast<uint64_t>(x),
+                 context);
 }
 
-void LightPaths::trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples,
-                       LightPathContext& context, RayCounters& counters) const {
+void LightPaths::start_path(uint64_t number, LightPathContext& context) const {
+  const Draws draws{hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32)),
+                    static_cast<uint32_t>(number)};
+  const V2f choice = draws(kChoice);
+  const std::optional<EmittedRay> emitted = emission.sample({choice.x, choice.y, draws(kPosition), draws(kDirection)});
+  if (!emitted) return;
+  LightPathContext::Path path;
+  path.emitted = *emitted;
+  path.key = draws.key;
+  path.index = draws.index;
+  context.active.push_back(static_cast<uint32_t>(context.paths.size()));
+  context.paths.push_back(path);
+  // Emitters with a surface are not hit again from just above it.
+  const float lift =
+      emitted->emitter < emission.lights->triangles.size() ? 1e-5f * (max_abs(emitted->origin) + 1e-3f) : 0.0f;
+  context.rays.push_back({.origin = emitted->origin + emitted->direction * lift,
+                          .t_min = 0.0f,
+                          .direction = emitted->direction,
+                          .t_max = kInfinity,
+                          .key = hash_combine(draws.key, draws.index),
+                          .index = draws.index,
+                          .flags = kHitPartlyTransparent});
+}
+
+void LightPaths::clear(LightPathContext& context) {
   context.paths.clear();
   context.active.clear();
   context.rays.clear();
   context.found.clear();
   context.path_count = 0;
+}
+
+void LightPaths::trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples,
+                       LightPathContext& context, RayCounters& counters) const {
+  clear(context);
   for (uint32_t sample = samples.first; sample < samples.end; ++sample) {
     const std::optional<uint32_t> pass = light_path_pass(fraction_, sample);
     if (!pass) continue;
     start(block, *pass, context);
     context.path_count += static_cast<uint64_t>(block.pixel_count());
   }
+  follow(stages, context, counters);
+}
+
+void LightPaths::trace_numbers(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
+                               RayCounters& counters) const {
+  clear(context);
+  for (uint64_t number = first; number < first + count; ++number) start_path(number, context);
+  context.path_count = count;
+  follow(stages, context, counters);
+}
+
+void LightPaths::follow(const PathStages& stages, LightPathContext& context, RayCounters& counters) const {
   while (!context.active.empty() && !world_.abandoned()) {
     context.hits.resize(context.rays.size());
     world_.accelerator().intersect(context.rays, context.hits);
@@ -200,6 +223,7 @@ bool LightPaths::scatter(const PathStages& stages, const accel::Hit& hit, accel:
     if (!caster) return false;
     path.throughput *= emission.radiance(path.emitted, surface.position) / path.emitted.finite_density;
     path.first_throughput = max_component(path.throughput);
+    if (context.measures) path.arriving = arriving_density(path.emitted, surface.position);
   }
   if (is_black(path.throughput)) return false;
   if (!caster) {
@@ -265,6 +289,18 @@ bool LightPaths::bounce(const PathStages& stages, SurfacePoint& surface, const a
   return true;
 }
 
+// Returns the density of light paths at a point, per square meter perpendicular to the emitted ray,
+// among those from the same point or direction of their light. A path from the camera finds these
+// by a light sample if the caster is rough, which chooses lights about as light paths do.
+float LightPaths::arriving_density(const EmittedRay& emitted, const V3f& at) const {
+  const size_t triangles = emission.lights->triangles.size();
+  const bool in_sky = emitted.emitter == emission.environment_emitter() ||
+                      (emitted.emitter >= triangles && emission.lights->punctuals[emitted.emitter - triangles].kind ==
+                                                           LightSetView::Punctual::Kind::directional);
+  if (in_sky) return emission.disk_density(at, emitted.direction);
+  return emission.direction_density(emitted.origin, emitted.direction) / (at - emitted.origin).length2();
+}
+
 void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                              const accel::Ray& ray, const LightPathContext::Path& path,
                              LightPathContext& context) const {
@@ -301,7 +337,14 @@ void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surfa
   const V3f target = offset_ray_origin(seen.surface, -direction);
   const V3f to_target = target - eye;
   const float target_distance = to_target.length();
-  context.splats.push_back({film_px, radiance});
+  float traced_ratio = 0.0f;
+  if (context.measures) {
+    const float found = 1.0f / (ratio * seen.cosine_over_density(stages, direction, to_light));
+    const float sampled =
+        path.lobes[0].pdf > 0.0f ? 1.0f / (ratio_scale(density) * path.arriving * path.lobes[0].pdf) : 0.0f;
+    traced_ratio = 1.0f / (found + sampled);
+  }
+  context.splats.push_back({film_px, radiance, ratio, traced_ratio});
   context.camera_rays.push_back({.origin = eye,
                                  .t_min = 0.0f,
                                  .direction = to_target / target_distance,
@@ -323,9 +366,10 @@ void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) 
 
 void LightPaths::add_to(const PixelRect& block, const LightPathContext& context, Film& film) const {
   film.add_light_paths(block.min, context.path_count);
-  const PixelRect& crop = film.crop();
+  const PixelRect& crop = film.splat_area();
   const float radius = 0.5f * filter_.width();
-  for (const auto& [at, radiance] : context.found) {
+  for (const LightPathContext::Splat& splat : context.found) {
+    const V2f& at = splat.film_px;
     const auto first = [&](float x, int min) { return std::max(static_cast<int>(std::ceil(x - radius - 0.5f)), min); };
     const auto end = [&](float x, int max) {
       return std::min(static_cast<int>(std::floor(x + radius - 0.5f)) + 1, max);
@@ -333,7 +377,7 @@ void LightPaths::add_to(const PixelRect& block, const LightPathContext& context,
     for (int y = first(at.y, crop.min.y); y < end(at.y, crop.max.y); ++y)
       for (int x = first(at.x, crop.min.x); x < end(at.x, crop.max.x); ++x) {
         const float weight = filter_.value({at.x - 0.5f - static_cast<float>(x), at.y - 0.5f - static_cast<float>(y)});
-        if (weight != 0.0f) film.add_splat({x, y}, radiance * weight);
+        if (weight != 0.0f) film.add_splat({x, y}, splat.radiance * weight);
       }
   }
 }

@@ -29,6 +29,7 @@ struct LightPathContext {
     EmittedRay emitted;
     Rgb throughput{1.0f};          // before the first caster, that of thin walls alone
     float first_throughput = 0.0f; // its largest component at the first caster
+    float arriving = 0.0f;         // density of light paths there, per square meter; only if measured
     uint32_t key = 0, index = 0;   // of its random numbers
     uint32_t material = 0;         // of the medium around it, if in_medium
     bool in_medium = false;
@@ -38,12 +39,14 @@ struct LightPathContext {
       Lobe lobe;
       float pdf;
     };
-    std::array<Bounce, LightPathView::kMaxBounces> lobes;
+    std::array<Bounce, LightPathView::kMaxBounces> lobes{};
   };
   // Light that a ray from the camera finds unless something is in between.
   struct Splat {
     V2f film_px;
-    Rgb radiance; // times square pixels
+    Rgb radiance;              // times square pixels
+    float ratio = 0.0f;        // of the densities of light paths and paths from the camera, for the weight
+    float traced_ratio = 0.0f; // the same for paths as they are traced; only if measured
   };
 
   std::vector<Path> paths;
@@ -55,6 +58,7 @@ struct LightPathContext {
   std::vector<uint8_t> occluded;
   std::vector<Splat> found; // of all paths
   uint64_t path_count = 0;
+  bool measures = false; // finds Splat::traced_ratio, for a pilot
 };
 
 // Traces light paths in addition to those from the camera (Arvo 1986, "Backward Ray Tracing"; Veach
@@ -74,9 +78,15 @@ class LightPaths : public LightPathView {
   void trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples, LightPathContext& context,
              RayCounters& counters) const;
   void add_to(const PixelRect& block, const LightPathContext& context, Film& film) const;
+  // Traces light paths by their numbers, which belong to no samples.
+  void trace_numbers(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
+                     RayCounters& counters) const;
 
  private:
+  static void clear(LightPathContext& context);
   void start(const PixelRect& block, uint32_t pass, LightPathContext& context) const;
+  void start_path(uint64_t number, LightPathContext& context) const;
+  void follow(const PathStages& stages, LightPathContext& context, RayCounters& counters) const;
   // Moves a path on from its hit. True if it continues with the ray that replaces `ray`.
   bool scatter(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathContext::Path& path,
                LightPathContext& context) const;
@@ -84,6 +94,7 @@ class LightPaths : public LightPathView {
                      LightPathContext::Path& path) const;
   bool bounce(const PathStages& stages, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,
               LightPathContext::Path& path) const;
+  [[nodiscard]] float arriving_density(const EmittedRay& emitted, const V3f& at) const;
   void join_camera(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit, const accel::Ray& ray,
                    const LightPathContext::Path& path, LightPathContext& context) const;
   void keep_visible(LightPathContext& context, RayCounters& counters) const;

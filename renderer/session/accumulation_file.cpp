@@ -40,7 +40,7 @@ Result<void> write(const fs::path& path, const AccumulationIdentity& identity, c
   header.summary = {identity, state.coverage, state.work};
   header.aovs = state.film.aovs();
   header.trims_outliers = state.film.trims_outliers();
-  header.has_splats = state.film.has_splats();
+  if (state.film.has_splats()) header.splat_area = state.film.splat_area();
   header.light_groups = state.film.light_groups();
   header.adaptive = !state.adaptive.empty();
   const FlatMattes mattes = state.film.mattes().flat();

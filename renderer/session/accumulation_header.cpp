@@ -54,10 +54,14 @@ void read_whole(const Json& object, const char* key, Number& number) {
   number = static_cast<Number>(whole(member(object, key), key, std::numeric_limits<Number>::max()));
 }
 
-double seconds(const Json& object, const char* key) {
+double number(const Json& object, const char* key, double max, std::string_view wanted) {
   const Json& json = member(object, key);
-  if (!json.is_number() || !(json.get<double>() >= 0.0)) unsound(key, "a time in seconds");
+  if (!json.is_number() || !(json.get<double>() >= 0.0 && json.get<double>() <= max)) unsound(key, wanted);
   return json.get<double>();
+}
+
+double seconds(const Json& object, const char* key) {
+  return number(object, key, std::numeric_limits<double>::infinity(), "a time in seconds");
 }
 
 std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
@@ -66,23 +70,6 @@ std::string text(const Json& object, const char* key) { return text_from_json(me
 std::string in_quotes(std::string_view text) {
   constexpr size_t kShown = 40;
   return Json(std::string(text.substr(0, kShown))).dump(-1, ' ', true, Json::error_handler_t::replace);
-}
-
-// Returns the maximum nesting of lists and objects in a text that may be JSON.
-int json_depth(std::string_view text) {
-  int depth = 0, deepest = 0;
-  bool in_string = false;
-  for (size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '"') in_string = !in_string;
-    if (in_string) {
-      i += c == '\\' ? 1 : 0;
-      continue;
-    }
-    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
-    if (c == ']' || c == '}') --depth;
-  }
-  return deepest;
 }
 
 std::string json_text(const Json& object, const char* key) {
@@ -119,6 +106,14 @@ PixelRect rect_from_json(const Json& object, const char* key, const V2i& size_px
   const auto [x0, y0, x1, y1] = coordinates<4>(object, key);
   if (x1 < x0 || y1 < y0 || x1 > size_px.x || y1 > size_px.y) unsound(key, "a rectangle inside of the image");
   return {V2i(x0, y0), V2i(x1, y1)};
+}
+
+// Returns the pixels that light paths reach: at least those of the film.
+PixelRect splat_area_from_json(const Json& json, const V2i& size_px, const PixelRect& film) {
+  const PixelRect area = rect_from_json(json, "splats", size_px);
+  if (area.min.x > film.min.x || area.min.y > film.min.y || area.max.x < film.max.x || area.max.y < film.max.y)
+    unsound("splats", "a rectangle around the area");
+  return area;
 }
 
 Json counters_to_json(const RayCounters& rays) {
@@ -268,6 +263,8 @@ ParsedHeader parse(std::string_view text_of_json) {
   read_whole(work, "runs", header.summary.work.runs);
   header.summary.work.rays = counters_from_json(member(work, "rays"));
   if (work.contains("training_paths")) read_whole(work, "training_paths", header.summary.work.training_paths.emplace());
+  if (work.contains("light_paths"))
+    header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -276,11 +273,12 @@ ParsedHeader parse(std::string_view text_of_json) {
   }
   if (json.contains("mattes")) read_mattes(json["mattes"], header);
   header.trims_outliers = flag(json, "trims_outliers");
-  header.has_splats = json.contains("splats") && flag(json, "splats");
   if (json.contains("light_groups")) header.light_groups = light_groups_from_json(list(json, "light_groups"));
   header.adaptive = flag(json, "adaptive");
   const Json& coverage = member(json, "coverage");
   parsed.area = rect_from_json(coverage, "area", header.summary.identity.size_px);
+  if (json.contains("splats"))
+    header.splat_area = splat_area_from_json(json, header.summary.identity.size_px, parsed.area);
   parsed.runs = runs_from_json(list(coverage, "runs"), block_count(parsed.area));
   for (const Json& plane : list(json, "planes")) {
     StoredPlane& stored = parsed.planes.emplace_back();
@@ -317,11 +315,12 @@ std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const Pixel
   const auto pixels = area.empty() ? 0 : static_cast<size_t>(area.pixel_count());
   Film film({1, 1}, {V2i(0), V2i(1)}, header.aovs); // planes do not depend on the size
   if (header.trims_outliers) film.trim_outliers();
-  if (header.has_splats) film.enable_splats();
+  if (header.splat_area) film.enable_splats();
   film.split_by_light_groups(header.light_groups);
   std::vector<StoredPlane> planes;
   for (const Film::Plane& plane : film.planes())
     planes.push_back({std::string(plane.name), plane.bytes_per_pixel, pixels});
+  if (header.splat_area) planes.back().records = static_cast<size_t>(header.splat_area->pixel_count());
   if (header.adaptive) {
     planes.push_back({"stop_at", sizeof(AdaptiveState::stop_at[0]), block_count(area)});
     planes.push_back({"rays", sizeof(AdaptiveState::rays[0]), block_count(area)});
@@ -356,6 +355,7 @@ std::string header_to_json(const AccumulationHeader& header) {
                   {"runs", work.runs},
                   {"rays", counters_to_json(work.rays)}};
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
+  if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);
@@ -366,7 +366,7 @@ std::string header_to_json(const AccumulationHeader& header) {
     json["mattes"] = {{"of", mattes}, {"terms", header.matte_terms}};
   }
   json["trims_outliers"] = header.trims_outliers;
-  if (header.has_splats) json["splats"] = true;
+  if (header.splat_area) json["splats"] = rect_to_json(*header.splat_area);
   for (const std::string& name : header.light_groups) json["light_groups"].push_back(text_to_json(name));
   json["adaptive"] = header.adaptive;
   json["coverage"] = {{"area", rect_to_json(area)}, {"runs", runs_to_json(header.summary.coverage)}};

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,7 +28,7 @@ struct AccumulationHeader {
   AccumulationSummary summary; // after reading its coverage has no blocks yet: see ParsedHeader
   AovSet aovs;
   bool trims_outliers = false;
-  bool has_splats = false; // of light paths
+  std::optional<PixelRect> splat_area; // of light paths; unset: none
   std::vector<std::string> light_groups;
   bool adaptive = false;
   uint64_t matte_terms = 0; // of all pixels (FlatMattes); 0 without mattes

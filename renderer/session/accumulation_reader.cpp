@@ -192,7 +192,7 @@ Result<Accumulation> read(const fs::path& path) {
   RenderState state{
       Film(summary.identity.size_px, parsed.area, parsed.header.aovs), coverage_of(parsed), {}, summary.work};
   if (parsed.header.trims_outliers) state.film.trim_outliers();
-  if (parsed.header.has_splats) state.film.enable_splats();
+  if (parsed.header.splat_area) state.film.enable_splats(*parsed.header.splat_area);
   state.film.split_by_light_groups(parsed.header.light_groups);
   if (parsed.header.adaptive) {
     state.adaptive.stop_at.resize(state.coverage.block_count());

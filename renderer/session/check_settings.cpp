@@ -91,7 +91,9 @@ Result<void> check_catchers(const RenderSettings& settings) {
   return {};
 }
 
-// What light paths cannot do. Each pixel's light comes from all samples of the image.
+} // namespace
+
+// Each pixel's light comes from all samples of the image.
 Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera) {
   const IntegratorSettings& integrator = settings.integrator;
   if (integrator.light_paths == 0.0f) return {};
@@ -112,13 +114,13 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
     if (settings.aovs.contains(info.aov) &&
         (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
       return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
-  if (settings.region)
-    return not_with("in parts of the image, which would lack each other's light; divide the samples");
   if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
   if (camera.shutter_open()) return not_with("with motion blur");
   if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
   return {};
 }
+
+namespace {
 
 Result<void> check_motion(const RenderSettings& settings, const Camera& camera) {
   if (!settings.aovs.needs_motion()) return {};
@@ -216,6 +218,11 @@ PixelRect rendered_pixels(const RenderSettings& settings) {
   return settings.adaptive.enabled() ? AdaptiveSampling::whole_blocks(wanted, settings.size_px) : wanted;
 }
 
+PixelRect splat_area(const RenderSettings& settings) {
+  const PixelRect pixels = settings.image_pixels();
+  return settings.adaptive.enabled() ? AdaptiveSampling::whole_blocks(pixels, settings.size_px) : pixels;
+}
+
 Result<void> check_state(const RenderSettings& settings, const RenderState& state) {
   const PixelRect area = rendered_pixels(settings);
   const Film& film = state.film;
@@ -227,6 +234,13 @@ Result<void> check_state(const RenderSettings& settings, const RenderState& stat
   if (film.aovs().bits() != settings.aovs.bits()) return refuse("resuming: the state has other AOVs");
   if (film.trims_outliers() != (settings.outliers == Outliers::trim))
     return refuse("resuming: the state treats outliers differently");
+  const bool open = settings.chooses_light_paths && settings.integrator.light_paths == 0.0f;
+  if (!open && film.has_splats() != (settings.integrator.light_paths > 0.0f))
+    return refuse(std::string("resuming: the state was rendered ") + (film.has_splats() ? "with" : "without") +
+                  " light paths");
+  if (!open && film.has_splats() && film.splat_area() != splat_area(settings))
+    return refuse("resuming: the state has light paths of pixels " + text_of(film.splat_area()) + ", not " +
+                  text_of(splat_area(settings)));
   if (settings.adaptive.enabled() ? !state.adaptive.fits(area) : !state.adaptive.empty())
     return refuse(std::string("resuming: the state was rendered ") +
                   (settings.adaptive.enabled() ? "without" : "with") + " adaptive sampling");

@@ -11,6 +11,13 @@ namespace kindling {
 // Fails (usage) with the value found and the values that would be accepted.
 [[nodiscard]] Result<void> check_settings(const RenderSettings& settings, const Camera& camera);
 
+// Checks what light paths (IntegratorSettings::light_paths) do not work with.
+[[nodiscard]] Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera);
+
+// Returns the pixels that light paths reach: those of the whole image or its crop, in whole blocks
+// with adaptive sampling.
+[[nodiscard]] PixelRect splat_area(const RenderSettings& settings);
+
 // Returns the pixels that are rendered: the wanted ones; with adaptive sampling all blocks that
 // they touch, because the pixels of a block stop together.
 [[nodiscard]] PixelRect rendered_pixels(const RenderSettings& settings);

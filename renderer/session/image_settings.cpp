@@ -41,6 +41,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.seed = image.seed;
   settings.guiding = image.guiding;
   settings.training_paths = image.training_paths;
+  settings.chooses_light_paths = image.chooses_light_paths;
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);
   settings.aovs = image.recorded_aovs();

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/json_text.h"
 
+#include <algorithm>
+
 namespace kindling {
 
 using Json = nlohmann::ordered_json;
@@ -26,6 +28,22 @@ std::optional<std::string> text_from_json(const Json& json) {
     text += static_cast<char>(byte.get<unsigned>());
   }
   return text;
+}
+
+int json_depth(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool in_string = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') in_string = !in_string;
+    if (in_string) {
+      i += c == '\\' ? 1 : 0;
+      continue;
+    }
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
 }
 
 } // namespace kindling

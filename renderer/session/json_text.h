@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace kindling {
 
@@ -13,5 +14,8 @@ namespace kindling {
 [[nodiscard]] nlohmann::ordered_json text_to_json(const std::string& text);
 // Returns the text of either; nothing for any other value.
 [[nodiscard]] std::optional<std::string> text_from_json(const nlohmann::ordered_json& json);
+
+// Returns the maximum nesting of lists and objects in a text that may be JSON.
+[[nodiscard]] int json_depth(std::string_view text);
 
 } // namespace kindling

@@ -176,7 +176,8 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--clamp-direct"] = json_number(s.clamp_direct);
   j["--clamp-indirect"] = json_number(s.clamp_indirect);
   j["--caustics"] = caustics_name(s.caustics);
-  j["--light-paths"] = json_number(s.light_paths);
+  const bool chooses = o.chooses_light_paths && s.light_paths == 0.0f;
+  j["--light-paths"] = chooses ? SortedJson("auto") : json_number(s.light_paths);
   j["--guiding"] = guiding_name(o.guiding);
   j["--training-paths"] = json_number(o.training_paths);
   j["--light-groups"] = light_grouping_name(s.light_groups);

@@ -5,6 +5,7 @@
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/session/check_settings.h"
+#include "renderer/session/choose_light_paths.h"
 #include "renderer/session/find_sample_rates.h"
 #include "renderer/session/place_integrator.h"
 #include "renderer/session/render_loop.h"
@@ -27,7 +28,7 @@ RenderState empty_state(const RenderSettings& settings, std::vector<std::string>
   const PixelRect area = rendered_pixels(settings);
   RenderState state{Film(settings.size_px, area, settings.aovs), Coverage(area), {}, {}};
   if (settings.outliers == Outliers::trim) state.film.trim_outliers();
-  if (settings.integrator.light_paths > 0.0f) state.film.enable_splats();
+  if (settings.integrator.light_paths > 0.0f) state.film.enable_splats(splat_area(settings));
   state.film.split_by_light_groups(std::move(light_groups));
   return state;
 }
@@ -75,9 +76,26 @@ Pilot pilot_of(const RenderSettings& settings, const Integrator& integrator, Ren
   return pilot;
 }
 
-// Checks that a state is one of this render. The guide of all runs is the same.
+Film wanted_film(const RenderSettings& settings, Film film) {
+  const PixelRect wanted = settings.wanted_pixels();
+  return film.crop() == wanted ? std::move(film) : film.cut(wanted);
+}
+
+bool has_samples(const RenderState& state) {
+  for (size_t i = 0; i < state.coverage.block_count(); ++i)
+    if (!state.coverage[i].spans.empty()) return true;
+  return false;
+}
+
+// Checks that a state is one of this render. The guide and the light paths of all runs are the
+// same.
 Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::string>& light_groups,
-                               RenderSettings& settings) {
+                               const Camera& camera, RenderSettings& settings) {
+  if (leaves_light_paths_open(settings) && has_samples(state)) {
+    settings.integrator.light_paths = state.work.light_paths.value_or(0.0f);
+    settings.chooses_light_paths = false;
+    if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
+  }
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
   if (state.film.light_groups() != light_groups)
     return Error{ErrorKind::usage, "resuming: the state has other light groups"};
@@ -107,7 +125,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       make_light_groups(world, settings.integrator.light_groups, settings.integrator.background.has_value());
   if (!groups) return groups.error();
   if (continuity.resume_from)
-    if (const Result<void> checked = prepare_to_resume(*continuity.resume_from, groups.value().names, settings);
+    if (const Result<void> checked = prepare_to_resume(*continuity.resume_from, groups.value().names, camera, settings);
         !checked)
       return checked.error();
   const auto start = RenderLoop::Clock::now();
@@ -125,19 +143,27 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       .after_open_passes = [&] { return world.abandoned() || (cancel && cancel->cancelled()); }};
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
                         state ? min_samples(settings, state->coverage) : 0);
-  TrainedGuide trained;
-  std::shared_ptr<const Guide> guide;
+  const bool chooses = leaves_light_paths_open(settings);
+  PreparedPaths prepared;
+  LearnedPaths learned;
   if (!state || !all_done(settings, state->coverage)) {
     run_on(threads, [&] {
-      trained = train_guide(world, camera, settings, stops.after_open_passes,
-                            [&](uint64_t paths) { progress.paths_trained(paths); });
+      prepared = prepare_paths(
+          world, camera, settings, stops.after_open_passes, [&](uint64_t paths) { progress.paths_trained(paths); },
+          listener);
     });
-    guide = std::move(trained.guide);
-    if (continuity.after_training && !stops.after_open_passes()) continuity.after_training(guide);
+    learned = {std::move(prepared.trained.guide), settings.integrator.light_paths};
+    if (continuity.after_training && !stops.after_open_passes()) continuity.after_training(learned);
   }
-  if (!state) state = empty_state(settings, std::move(groups.value().names));
+  const TrainedGuide& trained = prepared.trained;
+  if (!state)
+    state = empty_state(settings, std::move(groups.value().names));
+  else if (chooses)
+    state->film = empty_state(settings, std::move(groups.value().names)).film; // it has no samples
   RenderStatistics statistics;
   statistics.guiding = trained.statistics;
+  statistics.light_paths = prepared.light_paths;
+  if (chooses) state->work.light_paths = prepared.light_paths.fraction;
   if (max_training_s(settings) && training_paths(settings) > 0)
     state->work.training_paths = trained.statistics.max_paths;
   PlacedIntegrator placed;
@@ -145,11 +171,11 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   std::optional<RenderLoop> loop; // its contexts have memory of the device
   try {
     const auto placing = RenderLoop::Clock::now();
-    placed = place_integrator(std::move(device).value(), world, camera, settings, guide.get());
+    placed = place_integrator(std::move(device).value(), world, camera, settings, learned.guide.get());
     statistics.device = placed.use;
     pilot = pilot_of(settings, *placed.integrator, *state, stops, progress, threads, start);
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
-                 trained.busy_s + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
+                 prepared.light_paths.busy_s + trained.busy_s + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
     if (placed.device) statistics.device.start_s = opened_s + seconds_since(placing);
     loop->run(statistics);
     placed.count(statistics.device);
@@ -159,9 +185,8 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     return Error{ErrorKind::render_failed, error.what()};
   }
   const bool interrupted = stops.after_open_passes() && !loop->complete();
-  const PixelRect wanted = settings.wanted_pixels();
-  Film film = state->film.crop() == wanted ? std::move(state->film) : state->film.cut(wanted);
-  return RenderOutcome{std::move(film), std::move(statistics), interrupted, std::move(state->work)};
+  return RenderOutcome{wanted_film(settings, std::move(state->film)), std::move(statistics), interrupted,
+                       std::move(state->work)};
 }
 
 Result<RenderOutcome> render(const World& world, const Camera& camera, const RenderSettings& settings,
@@ -170,15 +195,17 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
 }
 
 Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
-                                     const Guide* guide, const V2i& pixel, uint32_t sample_index) {
+                                     const LearnedPaths& learned, const V2i& pixel, uint32_t sample_index) {
   if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= settings.size_px.x || pixel.y >= settings.size_px.y)
     return Error{ErrorKind::usage, "pixel " + std::to_string(pixel.x) + "," + std::to_string(pixel.y) +
                                        " is outside of the image of " + std::to_string(settings.size_px.x) + "x" +
                                        std::to_string(settings.size_px.y) + " pixels"};
+  IntegratorSettings integrator_settings = settings.integrator;
+  integrator_settings.light_paths = learned.light_paths;
   const std::unique_ptr<Integrator> integrator =
-      make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter, settings.aovs, guide,
-                      {.names = settings.names.get()});
+      make_integrator(integrator_settings, world, camera, make_sampler(settings), settings.filter, settings.aovs,
+                      learned.guide.get(), {.names = settings.names.get()});
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});
   ReplayedSample replayed;
@@ -191,19 +218,19 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   return replayed;
 }
 
-Result<std::shared_ptr<const Guide>> train_again(const World& world, const Camera& camera,
-                                                 const RenderSettings& settings) {
+Result<LearnedPaths> train_again(const World& world, const Camera& camera, const RenderSettings& settings) {
   if (const Result<void> checked = check_settings(settings, camera); !checked) return checked.error();
   RenderSettings untimed = settings; // else the machine's speed would choose the guide
   untimed.time_limit_s.reset();
-  return std::shared_ptr<const Guide>(train_guide(world, camera, untimed, nullptr, {}).guide);
+  PreparedPaths prepared = prepare_paths(world, camera, untimed, nullptr, {}, nullptr);
+  return LearnedPaths{std::move(prepared.trained.guide), untimed.integrator.light_paths};
 }
 
 Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,
                                      const V2i& pixel, uint32_t sample_index) {
-  const Result<std::shared_ptr<const Guide>> guide = train_again(world, camera, settings);
-  if (!guide) return guide.error();
-  return replay_sample(world, camera, settings, guide.value().get(), pixel, sample_index);
+  const Result<LearnedPaths> learned = train_again(world, camera, settings);
+  if (!learned) return learned.error();
+  return replay_sample(world, camera, settings, learned.value(), pixel, sample_index);
 }
 
 } // namespace kindling

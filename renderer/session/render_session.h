@@ -11,6 +11,7 @@
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/light_path_pilot.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/allocate_samples.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -62,6 +63,9 @@ struct RenderSettings {
   std::optional<double> time_limit_s;
   uint32_t seed = 0;
   Guiding guiding = Guiding::off;
+  // A pilot chooses integrator.light_paths if that is 0 (choose_light_paths()). There are none with
+  // anything that light paths do not work with.
+  bool chooses_light_paths = false;
   // Paths that train the guide; 0: no guide. Unset: by the planned samples, and with a time limit
   // no more than a tenth of it allows at the measured speed (RenderWork::training_paths).
   std::optional<uint64_t> training_paths;
@@ -82,9 +86,8 @@ struct RenderSettings {
 
   [[nodiscard]] uint32_t planned() const { return planned_samples > 0 ? planned_samples : samples_per_pixel; }
   [[nodiscard]] SampleRange wanted_samples() const { return samples.value_or(SampleRange{0, samples_per_pixel}); }
-  [[nodiscard]] PixelRect wanted_pixels() const {
-    return region.value_or(crop.value_or(PixelRect{V2i(0, 0), size_px}));
-  }
+  [[nodiscard]] PixelRect image_pixels() const { return crop.value_or(PixelRect{V2i(0, 0), size_px}); }
+  [[nodiscard]] PixelRect wanted_pixels() const { return region.value_or(image_pixels()); }
 };
 
 // The device that rendered, and what it took of its memory. All counts are 0 for the CPU.
@@ -114,6 +117,7 @@ struct RenderStatistics {
   std::vector<double> worker_idle_s;
   RayCounters rays;
   GuidingStatistics guiding;
+  LightPathChoice light_paths;
   DeviceUse device;
 };
 
@@ -124,6 +128,12 @@ struct RenderOutcome {
   RenderWork work;             // of all runs
 };
 
+// The guide and the light paths of a render, found before its first sample.
+struct LearnedPaths {
+  std::shared_ptr<const Guide> guide; // null: none
+  float light_paths = 0.0f;           // IntegratorSettings::light_paths
+};
+
 // Saving, previews, and the state to resume from.
 struct RenderContinuity {
   std::optional<RenderState> resume_from; // of the same world, camera and settings, except samples_per_pixel
@@ -131,9 +141,9 @@ struct RenderContinuity {
   // Called while no thread renders: whenever save_every_s have passed, and at the end, interrupted
   // or not, if samples were added since the last call. May be null.
   std::function<void(const RenderState&)> save;
-  // Called before the first pass with the guide of all samples, null if there is none; not if the
-  // training was cancelled. For replay_sample(). May be null.
-  std::function<void(std::shared_ptr<const Guide>)> after_training;
+  // Called before the first pass with what all samples are traced with; not if the training was
+  // cancelled. For replay_sample(). May be null.
+  std::function<void(const LearnedPaths&)> after_training;
   // Called after each pass while no thread renders, so that the film may be read. Passes do not
   // overlap then: the film is that of a render of the number of samples reached, except while a
   // resumed state has unequal counts. May be null.
@@ -167,18 +177,18 @@ struct ReplayedSample {
   Rgb radiance{0.0f};
 };
 
-// Renders one sample of one pixel again and records its path. The radiance is that of the render.
-// `guide` is that of the render (RenderContinuity::after_training), null if it had none.
+// Renders one sample of one pixel again and records its path. The radiance is that of the render,
+// without that of light paths. `learned` is that of the render (RenderContinuity::after_training).
 [[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
-                                                   const RenderSettings& settings, const Guide* guide, const V2i& pixel,
-                                                   uint32_t sample_index);
+                                                   const RenderSettings& settings, const LearnedPaths& learned,
+                                                   const V2i& pixel, uint32_t sample_index);
 
-// Trains the guide of a render once more, as if it had no time limit; null: it has none. Fails
-// (usage) on impossible settings.
-[[nodiscard]] Result<std::shared_ptr<const Guide>> train_again(const World& world, const Camera& camera,
-                                                               const RenderSettings& settings);
+// Learns what a render learns once more, as if it had no time limit. Fails (usage) on impossible
+// settings.
+[[nodiscard]] Result<LearnedPaths> train_again(const World& world, const Camera& camera,
+                                               const RenderSettings& settings);
 
-// replay_sample() with that guide.
+// replay_sample() with that.
 [[nodiscard]] Result<ReplayedSample> replay_sample(const World& world, const Camera& camera,
                                                    const RenderSettings& settings, const V2i& pixel,
                                                    uint32_t sample_index);

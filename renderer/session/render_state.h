@@ -21,6 +21,8 @@ struct RenderWork {
   // Paths that the guide of the first run was trained with, if its time limit chose them: later
   // runs train the same guide.
   std::optional<uint64_t> training_paths;
+  // The fraction of the samples with light paths, if a pilot chose it: later runs keep it.
+  std::optional<float> light_paths;
 };
 
 struct RenderState {

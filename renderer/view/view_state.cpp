@@ -262,6 +262,7 @@ ImageSettings moving_settings(const ViewState& state, const ViewOptions& options
   image.spp = std::clamp(static_cast<uint32_t>(max_paths / pixels), 1U, kMaxSamples);
   image.planned_spp = image.spp;
   image.guiding = Guiding::off;
+  image.chooses_light_paths = false;
   image.denoising = Denoising::off;
   image.seed = seed;
   return image;

@@ -236,5 +236,111 @@ TEST_F(MergeCommand, ResumesPartsWithCheckpoints) {
   EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
 }
 
+// --- light paths that are chosen -----------------------------------------------------------------
+
+// A floor and a mirror under a sun without a size, whose reflection only light paths find.
+constexpr const char* kMirror = R"({
+  "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
+  "extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 3}]}},
+  "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AACAvwAAAAAAAIC/AACAPwAAAAAAAIC/AACAPwAAAAAAAIA/AACAvwAAAAAAAIA/AAACAAEAAAADAAIA"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, 0, -1], "max": [1, 0, 1]},
+                {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+  "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.6, 0.6, 1], "metallicFactor": 0}},
+                {"pbrMetallicRoughness": {"roughnessFactor": 0}}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]},
+             {"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 1}]}],
+  "cameras": [{"type": "perspective", "perspective": {"yfov": 0.6, "znear": 0.1}}],
+  "nodes": [{"mesh": 0, "scale": [4, 1, 4]},
+            {"mesh": 1, "scale": [1.5, 1, 1.5], "rotation": [0, 0, -0.70710678, 0.70710678], "translation": [-2, 1.5, 0]},
+            {"camera": 0, "rotation": [-0.70710678, 0, 0, 0.70710678], "translation": [0, 5, 0]},
+            {"rotation": [-0.5, 0.5, 0, 0.70710678], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+  "scenes": [{"nodes": [0, 1, 2, 3]}], "scene": 0
+}
+)";
+
+class LightPathsCommand : public SceneFolder {
+ protected:
+  void SetUp() override {
+    SceneFolder::SetUp();
+    write_file("mirror.gltf", kMirror);
+  }
+  // Renders the mirror, long enough for a pilot, and expects success.
+  ProgramResult render(Words flags, const char* scene = "mirror.gltf") const {
+    flags.insert(flags.begin(), {"render", scene, "--size", "64x36", "--spp", "16", "--planned-spp", "512",
+                                 "--light-paths", "auto", "--exr-float"});
+    const ProgramResult result = run_program(flags, folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result;
+  }
+  // The same with a report; returns its choice.
+  [[nodiscard]] nlohmann::json choice(Words flags, const char* scene = "mirror.gltf") const {
+    flags.insert(flags.end(), {"-q", "--stats", "stats.json"});
+    render(flags, scene);
+    return nlohmann::json::parse(read_file("stats.json"))["light_paths"];
+  }
+  [[nodiscard]] std::vector<std::byte> pixels(const std::string& name) const {
+    Result<Image> image = read_image_file(folder_ / name);
+    EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+    return image.ok() ? image.value().pixels : std::vector<std::byte>();
+  }
+};
+
+TEST_F(LightPathsCommand, PartsChooseAsTheWholeImageDoes) {
+  const nlohmann::json whole = choice({"-o", "whole.exr"});
+  ASSERT_GT(whole["fraction"], 0.0);
+  EXPECT_LT(whole["predicted"], 0.95);
+  EXPECT_GT(whole["pilot_rays"], 0);
+  Words merge{"merge", "-o", "merged.exr", "--exr-float"};
+  for (const char* part : {"2/2", "1/2"})
+    for (const char* tile : {"1/2", "2/2"}) {
+      const std::string file = std::string("p") + part[0] + "t" + tile[0] + ".kacc";
+      EXPECT_EQ(choice({"--part", part, "--tile-part", tile, "-o", file}), whole);
+      merge.push_back(file);
+    }
+  const ProgramResult merged = run_program(merge, folder_);
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
+  const nlohmann::json info = nlohmann::json::parse(run_program({"info", merge.back(), "--json"}, folder_).out);
+  EXPECT_EQ(info["light_paths"], whole["fraction"]);
+  EXPECT_EQ(info["settings"]["--light-paths"], "auto");
+  // The fraction that was chosen makes the same image.
+  render({"-q", "--light-paths", whole["fraction"].dump(), "-o", "given.exr"});
+  EXPECT_EQ(pixels("given.exr"), pixels("whole.exr"));
+}
+
+TEST_F(LightPathsCommand, ResumedRendersKeepTheChoice) {
+  const nlohmann::json whole = choice({"-o", "whole.exr"});
+  render({"-q", "--spp", "8", "-o", "half.exr", "--checkpoint", "half.kacc"});
+  const ProgramResult resumed =
+      run_program({"resume", "half.kacc", "--spp", "16", "-o", "more.exr", "-v", "--stats", "stats.json"}, folder_);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(pixels("more.exr"), pixels("whole.exr"));
+  const nlohmann::json resumed_choice = nlohmann::json::parse(read_file("stats.json"))["light_paths"];
+  EXPECT_EQ(resumed_choice["fraction"], whole["fraction"]);
+  EXPECT_EQ(resumed_choice["pilot_rays"], 0);
+}
+
+TEST_F(LightPathsCommand, ScenesWithoutCastersAreAsEver) {
+  const char* const scene = KINDLING_SCENES "/cornell_box.glb";
+  const nlohmann::json none = choice({"-o", "auto.exr"}, scene);
+  EXPECT_EQ(none["fraction"], 0.0);
+  EXPECT_EQ(none["pilot_rays"], 0);
+  render({"-q", "--light-paths", "0", "-o", "none.exr"}, scene);
+  EXPECT_EQ(pixels("auto.exr"), pixels("none.exr"));
+}
+
+TEST_F(LightPathsCommand, ReportsReasonsAgainstThem) {
+  const ProgramResult clamped = render({"-v", "--clamp-indirect", "9", "-o", "a.exr"});
+  EXPECT_NE(clamped.err.find("no light paths are traced: --light-paths: not with --clamp-direct or --clamp-indirect"),
+            std::string::npos)
+      << clamped.err;
+  const ProgramResult chosen = render({"-o", "a.exr"});
+  EXPECT_NE((chosen.out + chosen.err).find("of pilot: light paths for 0."), std::string::npos) << chosen.err;
+  // Those that are asked for are refused.
+  Words flags{"render", "mirror.gltf", "--light-paths", "0.25", "--clamp-indirect", "9"};
+  EXPECT_EQ(run_program(flags, folder_).exit_code, 2);
+}
+
 } // namespace
 } // namespace kindling::test

@@ -35,6 +35,8 @@ TEST(Options, HaveDefaults) {
   EXPECT_EQ(render_options({"--guiding", "auto"}).guiding, Guiding::automatic);
   EXPECT_EQ(render_options({"--guiding", "on"}).guiding, Guiding::on);
   EXPECT_EQ(render_options({"--guiding", "off"}).guiding, Guiding::off);
+  EXPECT_FALSE(options.chooses_light_paths);
+  EXPECT_EQ(options.integrator.light_paths, 0.0f);
   EXPECT_TRUE(options.exr_half);
   EXPECT_EQ(options.progress, ProgressMode::automatic);
 }
@@ -128,6 +130,16 @@ TEST(Options, StoreAllValues) {
   EXPECT_EQ(options.integrator.batch_size, 128U);
   EXPECT_EQ(*options.time_limit_s, 300.0);
   EXPECT_TRUE(options.verbose);
+}
+
+TEST(Options, LightPathsAreChosenOrGiven) {
+  EXPECT_TRUE(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).chooses_light_paths);
+  EXPECT_EQ(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).integrator.light_paths, 0.0f);
+  for (const char* fraction : {"0", "0.25", "1"}) {
+    const RenderOptions options = render_options({"--light-paths", fraction});
+    EXPECT_FALSE(options.chooses_light_paths) << fraction;
+    EXPECT_EQ(options.integrator.light_paths, std::stof(fraction));
+  }
 }
 
 TEST(Options, TotalTimeLimitsLimitTheRender) {
@@ -232,6 +244,9 @@ TEST(Options, RefuseWrongCombinations) {
   EXPECT_EQ(refusal({"render", "a.glb", "--guiding", "maybe"}),
             "--guiding: unknown guiding 'maybe'; use on, off or auto");
   EXPECT_EQ(refusal({"render", "a.glb", "--guiding"}), "--guiding: needs a value");
+  for (const char* fraction : {"some", "1.5", "-0.1", "nan"})
+    EXPECT_EQ(refusal({"render", "a.glb", "--light-paths", fraction}),
+              "--light-paths: '" + std::string(fraction) + "' is neither auto nor a number from 0 to 1");
   EXPECT_EQ(refusal({"render", "a.glb", "--tile-size", "20"}),
             "--tile-size: '20' is not a multiple of 8; use one, such as 16 or 32");
   EXPECT_EQ(refusal({"render", "a.glb", "--batch-size", "65"}),

@@ -349,6 +349,22 @@ TEST_F(Merge, DetectsDamageAnywhere) {
   }
 }
 
+// Parts of machines with and without devices, of which only the former lack light paths.
+TEST_F(Merge, RefusesOtherLightPaths) {
+  const SplitScene scene({SplitKind::light_paths, accel::Kind::kdtree});
+  RenderSettings settings = quick_settings(scene);
+  settings.planned_samples = 1024;
+  const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
+  settings.chooses_light_paths = false;
+  const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
+  const std::vector<fs::path> files{a, b};
+  const Result<MergePlan> plan = plan_merge(files, {});
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  const Result<Accumulation> merged = merge_accumulations(plan.value(), nullptr, {});
+  ASSERT_FALSE(merged.ok());
+  EXPECT_NE(merged.error().message.find("b.kacc: has other light paths"), std::string::npos) << merged.error().message;
+}
+
 TEST_F(Merge, GapsAreListed) {
   const SplitScene scene(kPath);
   const RenderSettings settings = quick_settings(scene);

@@ -78,7 +78,8 @@ TEST_P(Continuity, Regions) {
       vary_work(settings, random);
       const Film part = scene.render(settings).film;
       EXPECT_EQ(part.crop(), region);
-      expect_same_bits(part, whole, std::to_string(count) + " regions");
+      // Light paths of other regions are missing until all are added up.
+      if (GetParam().kind != SplitKind::light_paths) expect_same_bits(part, whole, std::to_string(count) + " regions");
     }
 }
 

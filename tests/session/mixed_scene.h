@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tests/integrator/motion_scenes.h"
+#include "tests/integrator/place_light.h"
 
 namespace kindling::test {
 
@@ -29,6 +30,32 @@ inline Scene mixed_scene() {
   add_object(scene, opal, sphere(V3f(0.9f, -0.4f, 1.6f), 0.6f, 16, 0));
   add_object(scene, thin_wall, quad(V3f(-3, -0.9f, 2.5f), V3f(4, 0, 0), V3f(0, 3, 0), 0));
   return scene;
+}
+
+// A glass sphere over a floor, under a small lamp, and a mirror that reflects a sun without a size,
+// which only light paths find.
+inline std::unique_ptr<const World> glass_world(accel::Kind kind) {
+  Material glass = diffuse_material(Rgb(1.0f)), mirror = glass;
+  glass.roughness_factor = 0.1f;
+  glass.specular_factor = 1.0f;
+  glass.transmission_factor = glass.thickness_factor = 1.0f;
+  mirror.metallic_factor = 1.0f;
+  mirror.roughness_factor = 0.0f;
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass, emissive_material(Rgb(30.0f)), mirror},
+                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 32, 1),
+                            quad(V3f(-0.5f, 5, -0.5f), V3f(1, 0, 0), V3f(0, 0, 1), 2),
+                            quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 3)});
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = 3.0f;
+  place_light(scene, sun, look_at(V3f(5, 5, 0), V3f(0.0f)));
+  return make_world(std::move(scene), kind);
+}
+
+inline Camera glass_camera(const V2i& size_px) {
+  SceneCamera camera;
+  camera.yfov_rad = 0.6f;
+  return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), size_px};
 }
 
 // Names for the nodes and materials of any small scene: Node_0, Material_0 and so on; the node with

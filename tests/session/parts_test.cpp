@@ -9,15 +9,17 @@ namespace {
 
 class Parts : public testing::TestWithParam<SplitCase> {};
 
-RenderState empty_state(const Film& whole, bool trim) {
+RenderState empty_state(const Film& whole) {
   RenderState state{Film(whole.size_px(), whole.crop(), whole.aovs()), Coverage(whole.crop()), {}, {}};
   state.film.split_by_light_groups(whole.light_groups());
-  if (trim) state.film.trim_outliers();
+  if (whole.trims_outliers()) state.film.trim_outliers();
+  if (whole.has_splats()) state.film.enable_splats();
   return state;
 }
 
 void merge(RenderState& sum, const RenderState& part) {
   sum.film.add(part.film);
+  sum.work.light_paths = part.work.light_paths;
   for (size_t b = 0; b < part.coverage.block_count(); ++b)
     for (const SampleRange& span : part.coverage[b].spans)
       EXPECT_TRUE(sum.coverage.add(sum.coverage.index_of(part.coverage.block(b).min), span));
@@ -42,7 +44,7 @@ TEST_P(Parts, AddUpInAnyOrder) {
         (void)scene.render(settings, {.save = [&](const RenderState& state) { parts.push_back(state); }});
       }
     std::shuffle(parts.begin(), parts.end(), random);
-    RenderState sum = empty_state(whole, true);
+    RenderState sum = empty_state(whole);
     for (const RenderState& part : parts) merge(sum, part);
     expect_same_bits(sum.film, whole, std::to_string(count) + " parts");
     for (size_t b = 0; b < sum.coverage.block_count() && divides_samples; ++b)
@@ -57,7 +59,7 @@ TEST_P(Gaps, MissingSamplesAreRenderedLater) {
   const SplitScene scene(GetParam());
   const RenderSettings settings = scene.settings();
   const Film whole = scene.render(settings).film;
-  RenderState sum = empty_state(whole, true);
+  RenderState sum = empty_state(whole);
   const std::vector<PixelRect> regions = make_regions(whole.crop(), 3);
   for (const auto& [samples, region] :
        {std::pair(SampleRange{6, 8}, regions[0]), {{2, 3}, regions[0]}, {{0, 5}, regions[2]}}) {

@@ -18,8 +18,9 @@ enum class SplitKind {
   whitted,
   adaptive, // blocks that stop early, and others
   guided,
-  moving, // with a lens
-  rates,  // pixels with different numbers of samples
+  moving,      // with a lens
+  rates,       // pixels with different numbers of samples
+  light_paths, // as many as a pilot chooses
 };
 
 struct SplitCase {
@@ -30,14 +31,15 @@ struct SplitCase {
 inline std::vector<SplitCase> all_split_cases() {
   std::vector<SplitCase> cases;
   for (const SplitKind kind : {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive,
-                               SplitKind::guided, SplitKind::moving, SplitKind::rates})
+                               SplitKind::guided, SplitKind::moving, SplitKind::rates, SplitKind::light_paths})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path", "jittered", "whitted", "adaptive", "guided", "moving", "rates"};
+  constexpr const char* kNames[] = {"path",   "jittered", "whitted", "adaptive",
+                                    "guided", "moving",   "rates",   "light_paths"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -45,8 +47,9 @@ inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info
 class SplitScene {
  public:
   explicit SplitScene(const SplitCase& what)
-      : kind_(what.kind),
-        world_(what.kind == SplitKind::moving ? moving_world(what.accelerator) : mixed_world(what.accelerator)) {
+      : kind_(what.kind), world_(what.kind == SplitKind::moving        ? moving_world(what.accelerator)
+                                 : what.kind == SplitKind::light_paths ? glass_world(what.accelerator)
+                                                                       : mixed_world(what.accelerator)) {
     WorldOptions options;
     options.accelerator = what.accelerator;
     std::vector<uint8_t> nodes(16, 0);
@@ -58,6 +61,7 @@ class SplitScene {
 
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
+    if (kind_ == SplitKind::light_paths) return glass_camera(kSize);
     SceneCamera camera;
     if (kind_ == SplitKind::moving) {
       camera.lens.f_stop = 2.0f;
@@ -97,6 +101,12 @@ class SplitScene {
       settings.sample_rates = SampleRateKind::noise;
       settings.min_rates_gain = 1.0;
       break;
+    case SplitKind::light_paths:
+      settings.chooses_light_paths = true;
+      settings.planned_samples = 1024; // enough for a pilot
+      settings.outliers = Outliers::keep;
+      settings.integrator.light_groups = LightGrouping::off;
+      break;
     }
     return settings;
   }
@@ -115,6 +125,9 @@ class SplitScene {
   [[nodiscard]] bool is_possible(Aov aov) const {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
     if (kind_ == SplitKind::moving && is_motion(aov)) return false;
+    if (kind_ == SplitKind::light_paths &&
+        (is_light_pass(aov) || aov == Aov::direct || aov == Aov::indirect || aov == Aov::shadow_catcher))
+      return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

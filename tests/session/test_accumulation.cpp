@@ -52,6 +52,7 @@ RenderState random_state(const V2i& size_px, const PixelRect& area, bool everyth
   std::mt19937 random(seed);
   if (everything) {
     state.film.trim_outliers();
+    state.film.enable_splats({V2i(0), size_px});
     state.adaptive.stop_at.resize(state.coverage.block_count());
     state.adaptive.rays.resize(state.coverage.block_count());
     state.adaptive.earlier.resize(static_cast<size_t>(area.pixel_count()));
@@ -74,6 +75,7 @@ RenderState random_state(const V2i& size_px, const PixelRect& area, bool everyth
     if (i % 13 == 5) state.coverage.set_stopped(i);
   }
   state.work = {0.1, 1e9 / 3.0, {}, 3};
+  if (everything) state.work.light_paths = 0.125f;
   state.work.rays.camera = uint64_t{1} << 60;
   state.work.rays.whitted.cache_bypasses = 5;
   state.work.rays.add_non_finite(V2i(4, 5), 17);

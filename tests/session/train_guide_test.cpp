@@ -74,13 +74,13 @@ TEST(TrainGuide, SameBitsForThreadsTilesBatchesAndCrops) {
   const Result<ReplayedSample> replayed = replay_sample(*world, room_camera(), settings, V2i(20, 20), 3);
   ASSERT_TRUE(replayed.ok());
   // The guide that the render hands out gives the same sample.
-  std::vector<std::shared_ptr<const Guide>> guides;
+  std::vector<LearnedPaths> guides;
   RenderContinuity continuity;
-  continuity.after_training = [&](std::shared_ptr<const Guide> guide) { guides.push_back(std::move(guide)); };
+  continuity.after_training = [&](const LearnedPaths& learned) { guides.push_back(learned); };
   ASSERT_TRUE(render(*world, room_camera(), settings, nullptr, nullptr, std::move(continuity)).ok());
   ASSERT_EQ(guides.size(), 1U);
-  ASSERT_TRUE(guides[0]);
-  const Result<ReplayedSample> again = replay_sample(*world, room_camera(), settings, guides[0].get(), V2i(20, 20), 3);
+  ASSERT_TRUE(guides[0].guide);
+  const Result<ReplayedSample> again = replay_sample(*world, room_camera(), settings, guides[0], V2i(20, 20), 3);
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(again.value().radiance, replayed.value().radiance);
   settings = room_render(32, Guiding::off);

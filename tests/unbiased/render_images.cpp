@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/render_images.h"
 
+#include "renderer/integrator/light_path_pilot.h"
 #include "renderer/session/find_sample_rates.h"
 #include "renderer/session/train_guide.h"
 
@@ -18,6 +19,15 @@ std::optional<SampleRates> rates_of(const RenderSettings& settings, const Integr
       .rates;
 }
 
+// A pilot for an image that would be too small for one.
+LightPathPilotSettings pilot_of(const RenderSettings& settings) {
+  return {.integrator = settings.integrator,
+          .filter = settings.filter,
+          .seed = settings.seed,
+          .samples_per_pixel = settings.samples_per_pixel,
+          .paths = 2048};
+}
+
 void render_block(BlockWork work, const Integrator& integrator, ThreadContext& context, Film& film) {
   integrator.render_blocks(std::span(&work, 1), context, film);
 }
@@ -29,6 +39,8 @@ Images render_images(const World& world, const Camera& camera, RenderSettings se
   const PixelRect whole{V2i(0, 0), camera.size_px()};
   Images images(camera.size_px());
   for (settings.seed = first_seed; settings.seed < first_seed + seeds; ++settings.seed) {
+    if (settings.chooses_light_paths)
+      settings.integrator.light_paths = choose_light_path_fraction(world, camera, pilot_of(settings), {}).fraction;
     const Sampler sampler(settings.seed, settings.sampler, settings.samples_per_pixel);
     const auto integrator =
         make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide);

@@ -44,6 +44,8 @@ inline constexpr std::array kStrategies{
              false, true},
     Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
              false, 48, true},
+    Strategy{"light paths, chosen", [](RenderSettings& s) { s.chooses_light_paths = true; }, accel::Kind::kdtree, false,
+             48, false, true},
     Strategy{"sample rates",
              [](RenderSettings& s) {
                s.sample_rates = SampleRateKind::noise;

@@ -1,4 +1,4 @@
-// Declares --light-radius, --sun-angle and --light-groups.
+// Declares --light-radius, --sun-angle, --light-paths and --light-groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 
@@ -17,6 +17,28 @@ void add_light_flags(FlagSet& flags, LightOptions& o) {
   flags.value("--sun-angle", "DEG",
               "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
+}
+
+namespace {
+
+Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
+  o.chooses_light_paths = text == "auto";
+  o.integrator.light_paths = 0.0f;
+  if (o.chooses_light_paths) return {};
+  Result<double> fraction = parse_number(text, 0.0, 1.0);
+  if (!fraction.ok())
+    return Error{ErrorKind::usage, fmt::format("'{}' is neither auto nor a number from 0 to 1", text)};
+  return store(std::move(fraction), o.integrator.light_paths);
+}
+
+} // namespace
+
+void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {
+  flags.value("--light-paths", "auto|FRACTION",
+              fmt::format("Trace light paths over glass and metal, too, for this fraction of the samples; auto: for as "
+                          "many as pay off, by a short pilot [{}]",
+                          o.chooses_light_paths ? "auto" : "0"),
+              [&o](auto text) { return set_light_paths(text, o); });
 }
 
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& s) {

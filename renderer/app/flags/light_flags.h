@@ -1,4 +1,4 @@
-// The flags of the scene's lights: their sizes and groups.
+// The flags of the scene's lights: their sizes, paths and groups.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +9,7 @@ namespace kindling::app {
 class FlagSet;
 
 void add_light_flags(FlagSet& flags, LightOptions& options);
+void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);
 
 } // namespace kindling::app

@@ -183,9 +183,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
                 return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
                               {"full", "regularized", "off"});
               });
-  flags.value("--light-paths", "FRACTION",
-              "Trace light paths over glass and metal, too, for this fraction of the samples; 0.25 is a good start [0]",
-              [&s](auto text) { return store(parse_number(text, 0.0, 1.0), s.light_paths); });
+  add_light_paths_flag(flags, o);
   flags.value("--guiding", "MODE",
               fmt::format("Path guiding, trained before the image: on, off, or auto, where it pays [{}]",
                           guiding_name(o.guiding)),

@@ -111,6 +111,8 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
   add("work",
       fmt::format("{} by {} process{}, {} rays", format_seconds(summary.work.render_s), summary.work.runs,
                   summary.work.runs == 1 ? "" : "es", format_count(static_cast<double>(summary.work.rays.total()))));
+  if (const std::optional<float>& chosen = summary.work.light_paths)
+    add("light paths", *chosen > 0.0f ? fmt::format("for {:g} of the samples, chosen", *chosen) : "none, chosen");
   if (summary.work.rays.non_finite > 0)
     add("dropped", fmt::format("{} samples that were not finite", summary.work.rays.non_finite));
   add("memory", fmt::format("{}, in this file {}", format_bytes(summary.sum_bytes), format_bytes(info.file_bytes)));
@@ -170,6 +172,8 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
                   {"runs", summary.work.runs},
                   {"rays", summary.work.rays.total()},
                   {"non_finite_samples", summary.work.rays.non_finite}};
+  const std::optional<float>& chosen = summary.work.light_paths;
+  json["light_paths"] = chosen ? Json(*chosen) : Json();
   json["memory_bytes"] = summary.sum_bytes;
   const Json settings = Json::parse(identity.image, nullptr, false);
   json["settings"] = settings.is_object() ? settings : Json();

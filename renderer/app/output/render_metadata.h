@@ -18,5 +18,7 @@ namespace kindling::app {
 // Returns the flag, after a space, that fixes the guide of a render whose time limit chose its
 // paths. Command lines that are stored end in it.
 [[nodiscard]] std::string training_flag(uint64_t training_paths);
+// The same for light paths, which a time limit chooses, too.
+[[nodiscard]] std::string light_paths_flag(float fraction);
 
 } // namespace kindling::app

@@ -61,6 +61,11 @@ std::string format_summary(const RenderReport& r) {
         g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not guided", g.predicted,
         g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not guided",
         g.predicted_lights);
+  if (const LightPathChoice& l = s.light_paths; l.camera_paths > 0)
+    text += fmt::format("  lights  {} of pilot: {} ({:.2f} predicted)\n", format_seconds(l.pilot_s),
+                        l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
+                                          : std::string("no light paths"),
+                        l.predicted);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

@@ -25,6 +25,18 @@ nlohmann::ordered_json device_json(const DeviceUse& device) {
 
 } // namespace
 
+namespace {
+
+nlohmann::ordered_json light_paths_json(const LightPathChoice& l) {
+  return {{"fraction", l.fraction},
+          {"predicted", l.predicted},
+          {"pilot_camera_paths", l.camera_paths},
+          {"pilot_light_paths", l.light_paths},
+          {"pilot_rays", l.rays.total()}};
+}
+
+} // namespace
+
 std::string format_stats_json(const RenderReport& r, bool one_line) {
   const RenderStatistics& s = r.statistics;
   const accel::Statistics& a = r.world.accelerator;
@@ -67,6 +79,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                     {"geometry", r.world.times.geometry.wall_s},
                     {"lights", r.world.times.lights.wall_s},
                     {"accelerator", r.world.times.accelerator.wall_s},
+                    {"pilot", s.light_paths.pilot_s},
                     {"training", s.guiding.training_s},
                     {"render", r.times.render_s},
                     {"denoise", r.times.denoise_s},
@@ -80,6 +93,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                      {"light_regions", g.light_regions},       {"predicted", g.predicted},
                      {"predicted_lights", g.predicted_lights}, {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
+  json["light_paths"] = light_paths_json(s.light_paths);
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;

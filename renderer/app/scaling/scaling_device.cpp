@@ -23,6 +23,7 @@ RenderSettings settings_of(const ScalingStage& stage, const RenderOptions& optio
   settings.samples_per_pixel = samples_per_pixel;
   settings.device = device;
   settings.threads = threads;
+  settings.chooses_light_paths = false; // devices have none, and all images are to be the same
   return settings;
 }
 

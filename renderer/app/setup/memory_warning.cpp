@@ -4,6 +4,7 @@
 
 #include "renderer/app/setup/available_memory.h"
 #include "renderer/app/terminal/process_info.h"
+#include "renderer/integrator/casters.h"
 #include "renderer/world/light_groups.h"
 
 #include <tbb/task_arena.h>
@@ -32,6 +33,15 @@ size_t max_light_groups(LightGrouping grouping, const Scene& scene, const PosedS
   return std::min(kMaxLightGroups, posed.lights.size() + static_cast<size_t>(shining + nodes) + kEnvironmentAndRest);
 }
 
+// True if light paths may be chosen for the sake of a material: glass or metal.
+bool may_cast(const Scene& scene) {
+  return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
+    return material.roughness_factor <= kMaxCasterRoughness &&
+           (material.metallic_factor >= 0.9f ||
+            (material.transmission_factor > 0.0f && material.thickness_factor > 0.0f));
+  });
+}
+
 } // namespace
 
 std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const PosedImage& image,
@@ -41,7 +51,7 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.aovs = options.recorded_aovs();
   request.light_groups = max_light_groups(options.integrator.light_groups, scene.scene, image.posed);
   request.trims_outliers = options.outliers == Outliers::trim;
-  request.light_paths = options.integrator.light_paths > 0.0f;
+  request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene.scene));
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;

@@ -1,0 +1,74 @@
+// Sizes the pilot of light paths, and asks what they work with.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/choose_light_paths.h"
+
+#include "renderer/session/check_settings.h"
+#include "renderer/session/train_guide.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kindling {
+namespace {
+
+constexpr uint64_t kMinRenderPerPilot = 64;   // the render takes at least this many times the samples of its pilot
+constexpr uint64_t kMinPilotPaths = 1U << 14; // fewer say too little
+constexpr uint64_t kMaxPilotPaths = 1U << 16;
+constexpr double kPilotPathsPerSecond = 4096.0; // of a time limit: about a hundredth of it on one thread
+
+} // namespace
+
+uint64_t pilot_paths(const RenderSettings& settings) {
+  const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
+  uint64_t paths = std::min(pixels * settings.planned() / kMinRenderPerPilot, kMaxPilotPaths);
+  if (settings.time_limit_s) {
+    const double affordable = std::min(kPilotPathsPerSecond * *settings.time_limit_s, double{kMaxPilotPaths});
+    paths = std::min(paths, static_cast<uint64_t>(affordable));
+  }
+  return paths < kMinPilotPaths ? 0 : paths;
+}
+
+LightPathChoice choose_light_paths(const World& world, const Camera& camera, const RenderSettings& settings,
+                                   const Guide* guide, const std::function<bool()>& stopped,
+                                   ProgressListener* listener) {
+  RenderSettings with = settings;
+  with.integrator.light_paths = 1.0f;
+  if (with.device == DeviceKind::automatic) with.device = DeviceKind::gpu; // there may be one
+  LightPathChoice none;
+  if (const Result<void> checked = check_light_paths(with, camera); !checked)
+    none.why_none = checked.error().message;
+  else if (settings.crop && *settings.crop != PixelRect{V2i(0, 0), settings.size_px})
+    none.why_none = "--light-paths: a crop has those of its own pixels alone";
+  if (!none.why_none.empty()) {
+    if (listener != nullptr) listener->on_info("no light paths are traced: " + none.why_none);
+    return none;
+  }
+  return choose_light_path_fraction(world, camera,
+                                    {.integrator = settings.integrator,
+                                     .filter = settings.filter,
+                                     .guide = guide,
+                                     .seed = settings.seed,
+                                     .samples_per_pixel = settings.planned(),
+                                     .paths = pilot_paths(settings)},
+                                    stopped);
+}
+
+PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
+                            const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
+                            ProgressListener* listener) {
+  PreparedPaths prepared;
+  prepared.light_paths.fraction = settings.integrator.light_paths;
+  prepared.trained = train_guide(world, camera, settings, stopped, on_done);
+  if (!leaves_light_paths_open(settings)) return prepared;
+  prepared.light_paths = choose_light_paths(world, camera, settings, prepared.trained.guide.get(), stopped, listener);
+  settings.chooses_light_paths = false;
+  settings.integrator.light_paths = prepared.light_paths.fraction;
+  if (prepared.light_paths.fraction == 0.0f) return prepared;
+  const TrainedGuide before = std::exchange(prepared.trained, train_guide(world, camera, settings, stopped, on_done));
+  prepared.trained.statistics.training_s += before.statistics.training_s;
+  prepared.trained.statistics.rays.add(before.statistics.rays);
+  prepared.trained.busy_s += before.busy_s;
+  return prepared;
+}
+
+} // namespace kindling

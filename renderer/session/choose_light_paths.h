@@ -1,0 +1,45 @@
+// Chooses the light paths of a render, where its settings leave them to a pilot.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/session/render_session.h"
+
+#include <cstdint>
+#include <functional>
+
+namespace kindling {
+
+// Returns the number of paths of the pilot for these settings: a 64th of the render's samples at
+// most, 0 where the render is too short to gain by one. With a time limit it is in proportion to
+// that.
+[[nodiscard]] uint64_t pilot_paths(const RenderSettings& settings);
+
+// Chooses the fraction of the samples that have light paths. `guide` is that of a render without
+// light paths, or null. Paths come from all over the image, and their number follows
+// from its size and the planned samples or the time limit: crop, region, samples, threads and tiles
+// do not change the choice. It is 0 with anything that light paths do not work with, such as a
+// device, which `listener` is informed of if it is not null. `stopped` as in
+// renderer/integrator/light_path_pilot.h.
+[[nodiscard]] LightPathChoice choose_light_paths(const World& world, const Camera& camera,
+                                                 const RenderSettings& settings, const Guide* guide,
+                                                 const std::function<bool()>& stopped, ProgressListener* listener);
+
+// The guide and the light paths of a render, found before its first sample.
+struct PreparedPaths {
+  TrainedGuide trained;
+  LightPathChoice light_paths;
+};
+
+// Trains the guide of a render; if its light paths are left open, chooses them, stores them in the
+// settings and, if there are some, trains a guide beside them. `stopped`, `on_done` as in
+// train_guide(), `listener` may be null.
+[[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
+                                          const std::function<bool()>& stopped,
+                                          const std::function<void(uint64_t)>& on_done, ProgressListener* listener);
+
+// True if a pilot is to choose.
+[[nodiscard]] inline bool leaves_light_paths_open(const RenderSettings& settings) {
+  return settings.chooses_light_paths && settings.integrator.light_paths == 0.0f;
+}
+
+} // namespace kindling
