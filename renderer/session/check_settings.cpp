@@ -70,7 +70,7 @@ Result<void> check_bounces(const RenderSettings& settings) {
                              {"max_diffuse_bounces", s.max_diffuse_bounces, 0, kMaxBounces},
                              {"max_glossy_bounces", s.max_glossy_bounces, 0, kMaxBounces},
                              {"max_transmission_bounces", s.max_transmission_bounces, 0, 2 * kMaxBounces},
-                             {"roulette_start_bounce", s.roulette_start_bounce, 1, kMaxBounces}})
+                             {"roulette_start_bounce", s.roulette_start_bounce, 0, kMaxBounces}})
     if (limit.value < limit.from || limit.value > limit.to)
       return refuse(std::string(limit.name) + " " + std::to_string(limit.value) + ": " + std::to_string(limit.from) +
                     " to " + std::to_string(limit.to) + " is needed");

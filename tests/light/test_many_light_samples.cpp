@@ -64,7 +64,7 @@ TEST(ManyLightSamples, EmissiveTrianglesEqualSingleSamples) {
 TEST(ManyLightSamples, ANearTriangleEqualsSingleSamples) {
   LightSetInput input;
   input.emissions = {{Rgb(3.0f), nullptr, true}};
-  input.triangles = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0}};
+  input.triangles.push_back({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0});
   compare(LightSet(input), 2.0f);
 }
 

@@ -88,12 +88,12 @@ TEST_F(AccumulationWriter, FullDiskKeepsOldFile) {
   bool mounted = false;
   std::thread([&] {
     if (unshare(CLONE_NEWNS | CLONE_FS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-        mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=2048k") != 0)
+        mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=4096k") != 0)
       return;
     mounted = true;
     write_small(path_, 1);
-    // Leaves too little room for a second file of 0.5 MB.
-    set_contents(folder_ / "filler", std::string((size_t{2} << 20) - 3 * fs::file_size(path_) / 2, 'x'));
+    // Leaves too little room for a second file.
+    set_contents(folder_ / "filler", std::string((size_t{4} << 20) - 3 * fs::file_size(path_) / 2, 'x'));
     expect_failed_write(path_, std::strerror(ENOSPC));
     EXPECT_EQ(files_in_folder(), 2U);
     fs::remove(folder_ / "filler");

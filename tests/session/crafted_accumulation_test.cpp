@@ -114,7 +114,7 @@ class CraftedAccumulation : public AccumulationFolder {
     const PixelRect area{V2i(0), size_px};
     json["size"] = {size_px.x, size_px.y};
     json["crop"] = {0, 0, size_px.x, size_px.y};
-    json["coverage"]["area"] = json["crop"];
+    json["coverage"]["area"] = json["splats"] = json["crop"];
     const auto across = [](int pixels) { return (static_cast<uint64_t>(pixels) + kBlockSize - 1) / kBlockSize; };
     json["coverage"]["runs"] = {{across(size_px.x) * across(size_px.y), 0}};
     AccumulationHeader header;
@@ -122,6 +122,7 @@ class CraftedAccumulation : public AccumulationFolder {
     for (const Matte matte : {Matte::object, Matte::asset}) header.aovs.insert(matte); // as random_state() has them
     header.matte_terms = json["mattes"]["terms"];
     header.trims_outliers = header.adaptive = true;
+    header.splat_area = area;
     json["planes"] = Json::array();
     for (const StoredPlane& plane : planes_of(header, area))
       json["planes"].push_back(

@@ -218,7 +218,7 @@ TEST(RenderSession, RefusesImpossibleSettings) {
   EXPECT_TRUE(refused([](RenderSettings& s) { s.crop = PixelRect{V2i(5, 5), V2i(100, 20)}; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.max_bounces = -1; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.max_diffuse_bounces = 100000; }));
-  EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.roulette_start_bounce = 0; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.roulette_start_bounce = -1; }));
   EXPECT_FALSE(refused([](RenderSettings&) {}));
 }
 
