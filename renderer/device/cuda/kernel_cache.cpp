@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -57,7 +58,13 @@ fs::path kernel_cache_file(std::string_view ptx, int capability, int driver_vers
 std::vector<char> read_cached_kernels(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (file.empty() || !stream) return {};
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::vector<char> code{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  uint64_t checksum = 0;
+  if (code.size() < sizeof(checksum)) return {};
+  std::memcpy(&checksum, code.data() + code.size() - sizeof(checksum), sizeof(checksum));
+  code.resize(code.size() - sizeof(checksum));
+  if (checksum != hash_of({code.data(), code.size()})) code.clear();
+  return code;
 }
 
 void cache_kernels(const fs::path& file, std::span<const char> code) {
@@ -67,7 +74,9 @@ void cache_kernels(const fs::path& file, std::span<const char> code) {
   if (failed) return;
   Result<AtomicFile> written = AtomicFile::create(file);
   if (!written) return;
+  const uint64_t checksum = hash_of({code.data(), code.size()});
   written.value().write(code.data(), code.size());
+  written.value().write(&checksum, sizeof(checksum));
   if (written.value().commit().ok()) remove_oldest(file.parent_path());
 }
 

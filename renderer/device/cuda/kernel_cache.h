@@ -17,7 +17,8 @@ namespace kindling {
 // Empty if there is no such folder.
 [[nodiscard]] std::filesystem::path kernel_cache_file(std::string_view ptx, int capability, int driver_version);
 
-// Returns the bytes of the file; none if it does not exist or cannot be read.
+// Returns what cache_kernels() was given for the file; nothing if the file does not exist, cannot
+// be read or is damaged, so that a driver never sees damaged code.
 [[nodiscard]] std::vector<char> read_cached_kernels(const std::filesystem::path& file);
 
 // The number of files in the cache: those of all kernels for a few programs and drivers.
