@@ -39,11 +39,6 @@ double variance_of_mean(const PixelSum& sum, const MomentSum& y, double mean) {
   return std::max(squares, 0.0) / (by * by) * n / (n - 1.0);
 }
 
-[[maybe_unused]] bool contains(const PixelRect& whole, const PixelRect& part) {
-  return part.min.x >= whole.min.x && part.min.y >= whole.min.y && part.max.x <= whole.max.x &&
-         part.max.y <= whole.max.y;
-}
-
 // Records are written to files without conversion.
 static_assert(std::endian::native == std::endian::little);
 
@@ -93,7 +88,7 @@ void Film::split_by_light_groups(std::vector<std::string> names) {
 }
 
 Film Film::cut(const PixelRect& crop) const {
-  assert(crop.empty() || contains(crop_, crop));
+  assert(crop.empty() || crop_.contains(crop));
   Film part(size_px_, crop, aovs_);
   if (trims_outliers()) part.trim_outliers();
   part.split_by_light_groups(light_groups_);
@@ -116,7 +111,7 @@ void Film::add(const Film& part) {
   assert(part.size_px_ == size_px_ && part.aovs_.bits() == aovs_.bits());
   if (part.crop_.empty()) return;
   assert(part.trims_outliers() == trims_outliers() && part.light_groups_ == light_groups_);
-  assert(contains(crop_, part.crop_));
+  assert(crop_.contains(part.crop_));
   const auto width = static_cast<size_t>(part.crop_.width());
   const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
     if (sums.empty()) return;
@@ -137,7 +132,7 @@ void Film::add(const Film& part) {
   add_rows(colors_, part.colors_);
   add_rows(nearest_, part.nearest_);
   add_rows(catchers_, part.catchers_);
-  assert(part.splats_.empty() || contains(splat_area_, part.splat_area_));
+  assert(part.splats_.empty() || splat_area_.contains(part.splat_area_));
   if (!splats_.empty() && !part.splats_.empty())
     tbb::parallel_for(part.splat_area_.min.y, part.splat_area_.max.y, [&](int y) {
       for (int x = part.splat_area_.min.x; x < part.splat_area_.max.x; ++x)
@@ -151,7 +146,7 @@ void Film::add(const Film& part) {
 }
 
 void Film::add(const PixelRect& block, const FilmView& part) {
-  assert(contains(crop_, block) && part.sums.size() == static_cast<size_t>(block.pixel_count()));
+  assert(crop_.contains(block) && part.sums.size() == static_cast<size_t>(block.pixel_count()));
   const auto width = static_cast<size_t>(block.width());
   const auto add_rows = [&](auto& sums, const auto& of_part, size_t per_pixel = 1) {
     assert(of_part.size() == (sums.empty() ? 0 : part.sums.size() * per_pixel));
@@ -351,7 +346,7 @@ std::vector<float> Film::resolve_rgba() const {
 }
 
 std::vector<float> Film::resolve_rgba(const PixelRect& rect) const {
-  assert(contains(crop_, rect));
+  assert(crop_.contains(rect));
   std::vector<float> values(static_cast<size_t>(rect.pixel_count()) * 4, 0.0f);
   const double paths = light_paths();
   float* out = values.data();

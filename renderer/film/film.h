@@ -37,6 +37,9 @@ struct PixelRect {
   [[nodiscard]] int height() const { return max.y - min.y; }
   [[nodiscard]] int64_t pixel_count() const { return static_cast<int64_t>(width()) * height(); }
   [[nodiscard]] bool empty() const { return width() <= 0 || height() <= 0; }
+  [[nodiscard]] bool contains(const PixelRect& part) const {
+    return part.min.x >= min.x && part.min.y >= min.y && part.max.x <= max.x && part.max.y <= max.y;
+  }
   bool operator==(const PixelRect&) const = default;
 };
 

@@ -15,8 +15,7 @@ struct SplatLocks {
 };
 
 void Film::enable_splats(const PixelRect& area) {
-  assert(crop_.empty() || (area.min.x <= crop_.min.x && area.min.y <= crop_.min.y && area.max.x >= crop_.max.x &&
-                           area.max.y >= crop_.max.y));
+  assert(crop_.empty() || area.contains(crop_));
   splat_area_ = area;
   splats_ = ZeroedArray<SplatSum>(area.empty() ? 0 : static_cast<size_t>(area.pixel_count()));
   splat_locks_ = std::make_shared<SplatLocks>();

@@ -366,7 +366,7 @@ void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) 
 
 void LightPaths::add_to(const PixelRect& block, const LightPathContext& context, Film& film) const {
   film.add_light_paths(block.min, context.path_count);
-  const PixelRect& crop = film.splat_area();
+  const PixelRect& area = film.splat_area();
   const float radius = 0.5f * filter_.width();
   for (const LightPathContext::Splat& splat : context.found) {
     const V2f& at = splat.film_px;
@@ -374,8 +374,8 @@ void LightPaths::add_to(const PixelRect& block, const LightPathContext& context,
     const auto end = [&](float x, int max) {
       return std::min(static_cast<int>(std::floor(x + radius - 0.5f)) + 1, max);
     };
-    for (int y = first(at.y, crop.min.y); y < end(at.y, crop.max.y); ++y)
-      for (int x = first(at.x, crop.min.x); x < end(at.x, crop.max.x); ++x) {
+    for (int y = first(at.y, area.min.y); y < end(at.y, area.max.y); ++y)
+      for (int x = first(at.x, area.min.x); x < end(at.x, area.max.x); ++x) {
         const float weight = filter_.value({at.x - 0.5f - static_cast<float>(x), at.y - 0.5f - static_cast<float>(y)});
         if (weight != 0.0f) film.add_splat({x, y}, splat.radiance * weight);
       }

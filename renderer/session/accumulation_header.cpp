@@ -111,8 +111,7 @@ PixelRect rect_from_json(const Json& object, const char* key, const V2i& size_px
 // Returns the pixels that light paths reach: at least those of the film.
 PixelRect splat_area_from_json(const Json& json, const V2i& size_px, const PixelRect& film) {
   const PixelRect area = rect_from_json(json, "splats", size_px);
-  if (area.min.x > film.min.x || area.min.y > film.min.y || area.max.x < film.max.x || area.max.y < film.max.y)
-    unsound("splats", "a rectangle around the area");
+  if (!area.contains(film)) unsound("splats", "a rectangle around the area");
   return area;
 }
 

@@ -21,22 +21,17 @@ std::string text_of(const SampleRange& span) {
 
 std::string text_of(const V2i& size) { return std::to_string(size.x) + "x" + std::to_string(size.y); }
 
-bool contains(const PixelRect& outer, const PixelRect& inner) {
-  return inner.min.x >= outer.min.x && inner.min.y >= outer.min.y && inner.max.x <= outer.max.x &&
-         inner.max.y <= outer.max.y;
-}
-
 Result<void> check_pixels(const RenderSettings& settings) {
   const PixelRect image{V2i(0, 0), settings.size_px};
   const PixelRect crop = settings.crop.value_or(image);
-  if (crop.empty() || !contains(image, crop))
+  if (crop.empty() || !image.contains(crop))
     return refuse("crop " + text_of(crop) + " is not a rectangle within the image of " + text_of(settings.size_px) +
                   " pixels");
   if (!settings.region) return {};
   const PixelRect& region = *settings.region;
   if (region.empty())
     return refuse("region " + text_of(region) + ": it is empty; use no more parts than there are blocks of 8x8 pixels");
-  if (!contains(crop, region)) return refuse("region " + text_of(region) + " is not within the crop " + text_of(crop));
+  if (!crop.contains(region)) return refuse("region " + text_of(region) + " is not within the crop " + text_of(crop));
   for (int axis = 0; axis < 2; ++axis)
     if ((region.min[axis] % kBlockSize != 0 && region.min[axis] != crop.min[axis]) ||
         (region.max[axis] % kBlockSize != 0 && region.max[axis] != crop.max[axis]))
@@ -90,37 +85,6 @@ Result<void> check_catchers(const RenderSettings& settings) {
   if (!settings.catchers) return refuse("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
   return {};
 }
-
-} // namespace
-
-// Each pixel's light comes from all samples of the image.
-Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera) {
-  const IntegratorSettings& integrator = settings.integrator;
-  if (integrator.light_paths == 0.0f) return {};
-  if (!(integrator.light_paths > 0.0f && integrator.light_paths <= 1.0f))
-    return refuse("light paths " + std::to_string(integrator.light_paths) + ": a fraction from 0 to 1 is needed");
-  const auto not_with = [](const std::string& what) { return refuse("--light-paths: not " + what); };
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
-  if (integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
-  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (integrator.clamp_direct < kInfinity || integrator.clamp_indirect < kInfinity)
-    return not_with("with --clamp-direct or --clamp-indirect, which bound the samples of a pixel");
-  if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
-  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  for (const AovInfo& info : kAovs)
-    if (settings.aovs.contains(info.aov) &&
-        (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
-      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
-  if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
-  if (camera.shutter_open()) return not_with("with motion blur");
-  if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
-  return {};
-}
-
-namespace {
 
 Result<void> check_motion(const RenderSettings& settings, const Camera& camera) {
   if (!settings.aovs.needs_motion()) return {};
@@ -189,6 +153,33 @@ Result<void> check_split_light(const RenderSettings& settings) {
 }
 
 } // namespace
+
+// Each pixel's light comes from all samples of the image.
+Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera) {
+  const IntegratorSettings& integrator = settings.integrator;
+  if (integrator.light_paths == 0.0f) return {};
+  if (!(integrator.light_paths > 0.0f && integrator.light_paths <= 1.0f))
+    return refuse("light paths " + std::to_string(integrator.light_paths) + ": a fraction from 0 to 1 is needed");
+  const auto not_with = [](const std::string& what) { return refuse("--light-paths: not " + what); };
+  if (needs_device(settings.device))
+    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
+  if (integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
+  if (integrator.clamp_direct < kInfinity || integrator.clamp_indirect < kInfinity)
+    return not_with("with --clamp-direct or --clamp-indirect, which bound the samples of a pixel");
+  if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
+  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  for (const AovInfo& info : kAovs)
+    if (settings.aovs.contains(info.aov) &&
+        (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
+      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
+  if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
+  if (camera.shutter_open()) return not_with("with motion blur");
+  if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
+  return {};
+}
 
 Result<void> check_settings(const RenderSettings& settings, const Camera& camera) {
   constexpr int kMaxSide = 1 << 20;

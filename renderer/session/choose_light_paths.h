@@ -24,7 +24,7 @@ namespace kindling {
                                                  const RenderSettings& settings, const Guide* guide,
                                                  const std::function<bool()>& stopped, ProgressListener* listener);
 
-// The guide and the light paths of a render, found before its first sample.
+// The guide and the light paths of a render, with how they were found.
 struct PreparedPaths {
   TrainedGuide trained;
   LightPathChoice light_paths;

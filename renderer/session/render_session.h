@@ -128,7 +128,7 @@ struct RenderOutcome {
   RenderWork work;             // of all runs
 };
 
-// The guide and the light paths of a render, found before its first sample.
+// The guide and the light paths of all samples of a render.
 struct LearnedPaths {
   std::shared_ptr<const Guide> guide; // null: none
   float light_paths = 0.0f;           // IntegratorSettings::light_paths

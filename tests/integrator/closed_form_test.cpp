@@ -11,42 +11,53 @@ void expect_mean(const Mean& mean, double expected) {
       << "standard error " << mean.standard_error;
 }
 
-class ClosedForm : public testing::TestWithParam<accel::Kind> {};
+class ClosedForm : public testing::TestWithParam<accel::Kind> {
+ public:
+  // A closed sphere of flat faces that emits and reflects, and a camera inside of it.
+  struct Furnace {
+    float emitted, rho;
+    int slices, side_px;
+  };
+  // Returns the mean of an image of it with so many samples.
+  [[nodiscard]] static Mean mean_inside(const Furnace& furnace, uint32_t samples, auto change_settings) {
+    const auto world = make_world(make_scene({emissive_material(Rgb(furnace.emitted), Rgb(furnace.rho))},
+                                             {sphere(V3f(0.0f), 1.0f, furnace.slices, 0, false)}),
+                                  GetParam());
+    const V2i size(furnace.side_px, furnace.side_px);
+    SceneCamera pinhole;
+    pinhole.yfov_rad = 1.5f;
+    const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), size);
+    RenderSettings settings = small_render(size, samples);
+    change_settings(settings.integrator);
+    return render_mean(*world, camera, settings);
+  }
+  // Returns the radiance inside after so many bounces of each path.
+  [[nodiscard]] static double radiance_inside(const Furnace& furnace, int bounces) {
+    double sum = 0.0;
+    for (int k = 0; k <= bounces + 1; ++k) sum += furnace.emitted * std::pow(furnace.rho, k);
+    return sum;
+  }
+};
 
 // Both furnaces have flat normals: geometry and shading agree, so the solutions are exact. After
 // n + 1 reflections inside a closed sphere that emits L and reflects rho, radiance is
 // L (1 + rho + ... + rho^(n + 1)).
 TEST_P(ClosedForm, SphereInsideAFurnace) {
-  for (const int bounces : {0, 1, 5}) {
-    const float rho = 0.6f, emitted = 0.7f;
-    const auto world = make_world(
-        make_scene({emissive_material(Rgb(emitted), Rgb(rho))}, {sphere(V3f(0.0f), 1.0f, 24, 0, false)}), GetParam());
-    SceneCamera pinhole;
-    pinhole.yfov_rad = 1.5f;
-    const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), V2i(16, 16));
-    RenderSettings settings = small_render(V2i(16, 16), 64);
-    settings.integrator.max_bounces = bounces;
-    double expected = 0.0;
-    for (int k = 0; k <= bounces + 1; ++k) expected += emitted * std::pow(rho, k);
-    expect_mean(render_mean(*world, camera, settings), expected);
-  }
+  const Furnace furnace{.emitted = 0.7f, .rho = 0.6f, .slices = 24, .side_px = 16};
+  for (const int bounces : {0, 1, 5})
+    expect_mean(mean_inside(furnace, 64, [&](IntegratorSettings& s) { s.max_bounces = bounces; }),
+                radiance_inside(furnace, bounces));
 }
 
 // A limit on diffuse bounces ends paths before the limit on all of them, however large it is.
 TEST_P(ClosedForm, HundredsOfDiffuseBounces) {
-  const float rho = 0.99f, emitted = 0.01f;
-  const auto world = make_world(
-      make_scene({emissive_material(Rgb(emitted), Rgb(rho))}, {sphere(V3f(0.0f), 1.0f, 16, 0, false)}), GetParam());
-  SceneCamera pinhole;
-  pinhole.yfov_rad = 1.5f;
-  const Camera camera(pinhole, look_at(V3f(0.2f, 0.1f, 0.0f), V3f(0, 0.3f, -1)), V2i(8, 8));
-  RenderSettings settings = small_render(V2i(8, 8), 16);
-  settings.integrator.max_bounces = 400;
-  settings.integrator.max_diffuse_bounces = 300;
-  settings.integrator.roulette_start_bounce = kMaxBounces;
-  double expected = 0.0;
-  for (int k = 0; k <= 301; ++k) expected += emitted * std::pow(rho, k);
-  expect_mean(render_mean(*world, camera, settings), expected);
+  const Furnace furnace{.emitted = 0.01f, .rho = 0.99f, .slices = 16, .side_px = 8};
+  const auto limits = [](IntegratorSettings& s) {
+    s.max_bounces = 400;
+    s.max_diffuse_bounces = 300;
+    s.roulette_start_bounce = kMaxBounces;
+  };
+  expect_mean(mean_inside(furnace, 16, limits), radiance_inside(furnace, 300));
 }
 
 // A point under the corner of a parallel rectangle a x b at height h sees it with the form factor

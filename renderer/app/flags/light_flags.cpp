@@ -9,16 +9,6 @@
 #include <fmt/format.h>
 
 namespace kindling::app {
-
-void add_light_flags(FlagSet& flags, LightOptions& o) {
-  flags.value("--light-radius", "METERS",
-              "Radius of point and spot lights that have none in the file, for soft shadows [0]",
-              [&o](auto text) { return store(parse_number(text, 0.0, 1e9), o.radius_m); });
-  flags.value("--sun-angle", "DEG",
-              "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
-              [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
-}
-
 namespace {
 
 Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
@@ -32,6 +22,15 @@ Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
 }
 
 } // namespace
+
+void add_light_flags(FlagSet& flags, LightOptions& o) {
+  flags.value("--light-radius", "METERS",
+              "Radius of point and spot lights that have none in the file, for soft shadows [0]",
+              [&o](auto text) { return store(parse_number(text, 0.0, 1e9), o.radius_m); });
+  flags.value("--sun-angle", "DEG",
+              "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
+              [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
+}
 
 void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {
   flags.value("--light-paths", "auto|FRACTION",

@@ -23,10 +23,6 @@ nlohmann::ordered_json device_json(const DeviceUse& device) {
   return json;
 }
 
-} // namespace
-
-namespace {
-
 nlohmann::ordered_json light_paths_json(const LightPathChoice& l) {
   return {{"fraction", l.fraction},
           {"predicted", l.predicted},
