@@ -54,8 +54,8 @@ class TreePart {
   // afterwards.
   void encode_leaves(std::span<const Geometry> geometries) {
     for (const BinaryNode* leaf : leaves_) reference_count_ += leaf->count;
-    units_.reserve(reference_count_ + leaves_.size()); // typical for meshes
-    std::vector<uint32_t> units_of(leaves_.size());    // where the leaves begin
+    units_.reserve(2 * reference_count_ + 3 * leaves_.size()); // typical for meshes
+    std::vector<uint32_t> units_of(leaves_.size());            // where the leaves begin
     for (size_t i = 0; i < leaves_.size(); ++i) {
       if (i + 2 < leaves_.size()) prefetch_indices(geometries, *leaves_[i + 2]);
       if (i + 1 < leaves_.size()) prefetch_vertices(geometries, *leaves_[i + 1]);

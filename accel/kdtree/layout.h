@@ -11,7 +11,7 @@
 
 namespace kindling::accel::kd {
 
-// Throws std::bad_alloc if memory runs out, or if the tree exceeds the range of a ChildWord (32 GiB
+// Throws std::bad_alloc if memory runs out, or if the tree exceeds the range of a ChildWord (16 GiB
 // of leaves). `slice`: the slice of the shutter for a tree of moving planes, else null. For such a
 // tree the caller sets clip_bounds and clip_bounds_at_end. `monitor`: null, or polled; after a
 // cancellation the tree is incomplete.

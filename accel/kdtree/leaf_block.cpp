@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/leaf_block.h"
 
+#include "accel/kdtree/triangle_packer.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cstring>
@@ -16,7 +18,7 @@ class BlockBuilder {
 
   // Returns false if the triangle does not fit.
   bool add(const Geometry& geometry, uint32_t triangle) {
-    if (triangles_ == kBlockTriangles) return false;
+    if (triangles_.count() == kBlockTriangles) return false;
     const uint32_t before = vertices_;
     uint32_t corners = 0;
     for (uint32_t corner = 0; corner < 3; ++corner) {
@@ -28,24 +30,22 @@ class BlockBuilder {
       }
       corners |= vertex << (4 * corner);
     }
-    corners_[triangles_] = static_cast<uint16_t>(corners);
-    primitives_[triangles_] = geometry.first_primitive + triangle;
-    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
-    ++triangles_;
+    triangles_.add(corners, geometry.first_primitive + triangle, geometry.mesh.opaque);
     return true;
   }
 
   // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
-    out.resize(first + LeafBlock::units_for(vertices_, triangles_), LeafUnit{});
+    const uint32_t units = LeafBlock::units_for(vertices_, triangles_.word_count());
+    out.resize(first + units, LeafUnit{});
     uint32_t* words = out[first].words.data();
-    words[0] = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
+    words[0] = vertices_ | (more ? units : 0U) << LeafBlock::kNextShift | triangles_.header();
     for (uint32_t axis = 0; axis < 3; ++axis)
       std::memcpy(words + 1 + axis * vertices_, position_[axis].data(), vertices_ * sizeof(uint32_t));
-    std::memcpy(words + 1 + 3 * vertices_, corners_.data(), triangles_ * sizeof(uint16_t));
-    std::memcpy(words + 1 + 3 * vertices_ + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = filtered_ = 0;
+    triangles_.write(words + 1 + 3 * vertices_);
+    vertices_ = 0;
+    triangles_.clear();
     place_.fill(kFree);
   }
 
@@ -70,11 +70,10 @@ class BlockBuilder {
   }
 
   std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bit patterns
-  std::array<uint16_t, kBlockTriangles> corners_{};
-  std::array<uint32_t, kBlockTriangles> primitives_{};
+  TrianglePacker triangles_;
   std::array<uint8_t, kSlots> place_;          // hash table of vertex indices
   std::array<uint8_t, kBlockVertices> slot_{}; // hash table slot of each vertex
-  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
+  uint32_t vertices_ = 0;
 };
 
 // Appends the blocks of some references of a leaf; `more`: others follow.

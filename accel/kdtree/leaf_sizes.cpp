@@ -16,7 +16,7 @@ void count_blocks(const Tree& tree, std::vector<size_t>& sizes) {
       const Block block(unit);
       size += block.triangle_count();
       if (block.is_last()) break;
-      unit += block.unit_count();
+      unit += block.units_to_next();
     }
     if (sizes.size() <= size) sizes.resize(size + 1, 0);
     ++sizes[size];

@@ -205,7 +205,7 @@ class TreeWalk {
         if (any_hit_) return true;
       }
       if (block.is_last()) return found;
-      unit += block.unit_count();
+      unit += block.units_to_next();
     }
   }
 

@@ -110,8 +110,9 @@ template <bool kAny, class Motion, class Accepts>
       t_far = candidate.t;
       if (kAny) return true;
     }
-    if (block.is_last()) return false;
-    unit += block.unit_count();
+    const uint32_t next = block.units_to_next();
+    if (next == 0) return false;
+    unit += next;
   }
 }
 

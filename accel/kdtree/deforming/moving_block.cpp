@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_block.h"
 
+#include "accel/kdtree/triangle_packer.h"
 #include "accel/motion.h"
 
 #include <algorithm>
@@ -33,9 +34,9 @@ class MovingBlockBuilder {
   explicit MovingBlockBuilder(const TimeSlice& slice) : slice_(slice) {}
 
   bool add(const Geometry& geometry, uint32_t triangle) {
-    if (triangles_ == kBlockTriangles) return false;
+    if (triangles_.count() == kBlockTriangles) return false;
     const KeyRange keys(geometry.mesh, slice_);
-    if (triangles_ != 0 && keys != keys_) return false;
+    if (triangles_.count() != 0 && keys != keys_) return false;
     keys_ = keys;
     const uint32_t before = vertices_;
     uint32_t corners = 0;
@@ -48,26 +49,23 @@ class MovingBlockBuilder {
       }
       corners |= vertex << (4 * corner);
     }
-    corners_[triangles_] = static_cast<uint16_t>(corners);
-    primitives_[triangles_] = geometry.first_primitive + triangle;
-    filtered_ |= (geometry.mesh.opaque ? 0U : 1U) << triangles_;
-    ++triangles_;
+    triangles_.add(corners, geometry.first_primitive + triangle, geometry.mesh.opaque);
     return true;
   }
 
   // Appends the block to `out` and starts the next.
   void finish(bool more, std::vector<LeafUnit>& out) {
     const size_t first = out.size();
-    out.resize(first + MovingBlock::units_for(vertices_, triangles_, keys_.count), LeafUnit{});
+    out.resize(first + MovingBlock::units_for(vertices_, triangles_.word_count(), keys_.count), LeafUnit{});
     uint32_t* words = out[first].words.data();
-    *words++ = vertices_ | triangles_ << 5 | (more ? LeafBlock::kMore : 0U) | filtered_ << 16;
+    *words++ = vertices_ | (more ? 1U : 0U) << LeafBlock::kNextShift | triangles_.header();
     *words++ = keys_.segments | keys_.first << 8 | keys_.count << 16;
     for (uint32_t key = 0; key < keys_.count; ++key)
       for (int axis = 0; axis < 3; ++axis)
         for (uint32_t i = 0; i < vertices_; ++i) std::memcpy(words++, &position(i, key)[axis], sizeof(float));
-    std::memcpy(words, corners_.data(), triangles_ * sizeof(uint16_t));
-    std::memcpy(words + (triangles_ + 1) / 2, primitives_.data(), triangles_ * sizeof(uint32_t));
-    vertices_ = triangles_ = filtered_ = 0;
+    triangles_.write(words);
+    vertices_ = 0;
+    triangles_.clear();
   }
 
  private:
@@ -103,9 +101,8 @@ class MovingBlockBuilder {
   TimeSlice slice_;
   KeyRange keys_;
   std::array<Vertex, kBlockVertices> vertex_;
-  std::array<uint16_t, kBlockTriangles> corners_{};
-  std::array<uint32_t, kBlockTriangles> primitives_{};
-  uint32_t vertices_ = 0, triangles_ = 0, filtered_ = 0;
+  TrianglePacker triangles_;
+  uint32_t vertices_ = 0;
 };
 
 // Appends the blocks of some references of a leaf; `more`: others follow.

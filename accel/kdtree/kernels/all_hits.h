@@ -62,7 +62,7 @@ template <class Motion>
 [[gnu::always_inline]] inline void cross_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
                                               const CandidateFilter& filter, CrossingCollector& collector,
                                               float& t_far) {
-  for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
+  for (size_t line = 1; line < 5; ++line) prefetch(unit + kUnitsPerLine * line);
   while (true) {
     const typename Motion::Block block(unit);
     cross_block(block, motion.vertices_of(block, ray), ray.sz, t_min, t_far, filter,
@@ -70,8 +70,9 @@ template <class Motion>
                   collector.add({filter.resolve(candidate), front});
                   t_far = collector.t_far();
                 });
-    if (block.is_last()) return;
-    unit += block.unit_count();
+    const uint32_t next = block.units_to_next();
+    if (next == 0) return;
+    unit += next;
   }
 }
 

@@ -157,7 +157,7 @@ template <bool kAny, class Motion>
 [[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, Motion motion, const RayShear& ray, float t_min,
                                                   const CandidateFilter& filter, float& t_far, TreeHit& best) {
   // The size of a leaf is stored in its first line, and most leaves span several.
-  for (size_t line = 1; line < 5; ++line) prefetch(unit + 4 * line);
+  for (size_t line = 1; line < 5; ++line) prefetch(unit + kUnitsPerLine * line);
   while (true) {
     const typename Motion::Block block(unit);
     const ShearedVertices vertices = motion.vertices_of(block, ray);
@@ -173,8 +173,9 @@ template <bool kAny, class Motion>
       return take_candidates<kAny>(block, mask << first, tested, filter, t_far, best);
     });
     if (ends) return true;
-    if (block.is_last()) return false;
-    unit += block.unit_count();
+    const uint32_t next = block.units_to_next();
+    if (next == 0) return false;
+    unit += next;
   }
 }
 

@@ -228,8 +228,9 @@ class Packet {
       for_each<kCount>([&](auto r) __attribute__((always_inline)) {
         if (active[r] != 0 && triangles[r] != 0) rays[r].test_block(scene_, block, triangles[r], active[r]);
       });
-      if (block.is_last()) break;
-      unit += block.unit_count();
+      const uint32_t next = block.units_to_next();
+      if (next == 0) break;
+      unit += next;
     }
   }
 

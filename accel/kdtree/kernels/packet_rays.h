@@ -242,7 +242,7 @@ class PacketRays {
       Lanes16 ax, ay, az, bx, by, bz, cx, cy, cz;
       shear(corners[i] & 15U, ax, ay, az);
       shear((corners[i] >> 4) & 15U, bx, by, bz);
-      shear(corners[i] >> 8, cx, cy, cz);
+      shear((corners[i] >> 8) & 15U, cx, cy, cz);
       const Lanes16 e0 = difference_of_products(cx, by, cy, bx), e1 = difference_of_products(ax, cy, ay, cx),
                     e2 = difference_of_products(bx, ay, by, ax);
       const uint32_t inside = (at_least(min(min(e0, e1), e2), zero) | at_most(max(max(e0, e1), e2), zero)) & active;

@@ -245,7 +245,8 @@ class Stream {
       const uint32_t mask = test_block(block, s.at, tested_[tested_place(k, hitting_count)]),
                      filtered = block.filtered();
       hit[k] = static_cast<uint16_t>(mask);
-      rest_of[k] = select_bits(block.is_last(), queue.child[k] + block.unit_count(), 0);
+      const uint32_t next = block.units_to_next();
+      rest_of[k] = select_bits(next == 0, queue.child[k] + next, 0);
       hitting[hitting_count] = static_cast<uint8_t>(k);
       hitting_count += (kAny ? mask & filtered : mask) != 0 ? 1 : 0;
       if (kAny) {
