@@ -7,13 +7,14 @@
 #include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/subtree.h"
 #include "accel/triangle.h"
+#include "accel/vectors.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -79,8 +80,34 @@ class TopBuilder {
   tbb::enumerable_thread_specific<SubtreeBuilder> workers_;
 };
 
-// Returns one reference per triangle that can be hit, in the order of primitives, and their bounds.
-References initial_references(std::span<const Geometry> geometries, const BuildMonitor& monitor, Imath::Box3f& bounds) {
+// The corners of a triangle, with a last lane of 0.
+struct Corners {
+  Float4 p0, p1, p2;
+};
+Corners corners_of(const TriangleMesh& mesh, size_t triangle) {
+  const auto corner = [&](size_t k) {
+    const Imath::V3f& p = mesh.positions[mesh.indices[3 * triangle + k]];
+    return Float4{p.x, p.y, p.z, 0.0f};
+  };
+  return {corner(0), corner(1), corner(2)};
+}
+
+// can_be_hit() for all coordinates at once.
+bool can_be_hit(const Corners& t) {
+  const auto all = [](Int4 mask) { return (mask[0] & mask[1] & mask[2]) != 0; };
+  const auto finite = [](Float4 p) { return (p <= kMaxCoordinate) & (p >= -kMaxCoordinate); };
+  if (!all(finite(t.p0) & finite(t.p1) & finite(t.p2))) return false;
+  const Double4 p0 = __builtin_convertvector(t.p0, Double4);
+  const Double4 a = __builtin_convertvector(t.p1, Double4) - p0, b = __builtin_convertvector(t.p2, Double4) - p0;
+  const Double4 a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3),
+                a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
+  const auto differs = a1 * b2 != a2 * b1; // the terms of the cross product
+  return (differs[0] | differs[1] | differs[2]) != 0;
+}
+
+// Returns one reference per triangle that can be hit, in the order of primitives, with their
+// triangles' margins, and extends `bounds` by them.
+References initial_references(const BuildMeshes& meshes, const BuildMonitor& monitor, Imath::Box3f& bounds) {
   constexpr size_t kChunk = 16384;
   struct Chunk {
     uint32_t geometry;
@@ -90,8 +117,8 @@ References initial_references(std::span<const Geometry> geometries, const BuildM
   };
   std::vector<Chunk> chunks;
   size_t total = 0;
-  for (size_t g = 0; g < geometries.size(); ++g)
-    for (size_t first = 0, count = geometries[g].mesh.triangle_count(); first < count; first += kChunk) {
+  for (size_t g = 0; g < meshes.geometries.size(); ++g)
+    for (size_t first = 0, count = meshes.geometries[g].mesh.triangle_count(); first < count; first += kChunk) {
       const size_t last = std::min(count, first + kChunk);
       chunks.push_back({static_cast<uint32_t>(g), first, last, total, 0, {}});
       total += last - first;
@@ -101,22 +128,26 @@ References initial_references(std::span<const Geometry> geometries, const BuildM
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     Chunk& chunk = chunks[c];
     if (monitor.cancelled()) return;
-    const Geometry& geometry = geometries[chunk.geometry];
+    const TriangleMesh& mesh = meshes.geometries[chunk.geometry].mesh;
+    constexpr float kMax = std::numeric_limits<float>::max();
+    Float4 all_low = {kMax, kMax, kMax, kMax}, all_high = -all_low;
     for (size_t i = chunk.first; i < chunk.last; ++i) {
-      const auto triangle = static_cast<uint32_t>(i);
-      const Imath::V3f &p0 = geometry.vertex(triangle, 0), &p1 = geometry.vertex(triangle, 1),
-                       &p2 = geometry.vertex(triangle, 2);
-      if (!can_be_hit(p0, p1, p2)) continue;
+      const Corners corners = corners_of(mesh, i);
+      if (!can_be_hit(corners)) continue;
+      const Float4 low = vector_min(corners.p0, vector_min(corners.p1, corners.p2)),
+                   high = vector_max(corners.p0, vector_max(corners.p1, corners.p2));
+      const float margin = meshes.margin_of({low[0], low[1], low[2]}, {high[0], high[1], high[2]});
+      const Float4 widened_low = low - margin, widened_high = high + margin;
+      all_low = vector_min(widened_low, all_low);
+      all_high = vector_max(widened_high, all_high);
       Reference& reference = out[chunk.place + chunk.count++];
-      for (int k = 0; k < 3; ++k) {
-        reference.min[k] = std::min(p0[k], std::min(p1[k], p2[k]));
-        reference.max[k] = std::max(p0[k], std::max(p1[k], p2[k]));
-        chunk.bounds.min[k] = std::min(chunk.bounds.min[k], reference.min[k]);
-        chunk.bounds.max[k] = std::max(chunk.bounds.max[k], reference.max[k]);
-      }
-      reference.geometry = chunk.geometry;
-      reference.triangle = triangle;
+      Int8 lanes = std::bit_cast<Int8>(__builtin_shufflevector(widened_low, widened_high, 0, 1, 2, 3, 4, 5, 6, 7));
+      lanes[3] = static_cast<int32_t>(chunk.geometry);
+      lanes[7] = static_cast<int32_t>(i);
+      store_vector(&reference, lanes);
     }
+    if (chunk.count != 0)
+      chunk.bounds = {{all_low[0], all_low[1], all_low[2]}, {all_high[0], all_high[1], all_high[2]}};
   });
   // Closes the gaps left by triangles that cannot be hit.
   for (const Chunk& chunk : chunks) {
@@ -127,37 +158,17 @@ References initial_references(std::span<const Geometry> geometries, const BuildM
   return references;
 }
 
-// Widens the boxes of whole triangles by their margins; returns their bounds.
-Imath::Box3f widen(const BuildMeshes& meshes, std::span<Reference> references) {
-  const auto add = [&](const tbb::blocked_range<size_t>& range, Imath::Box3f bounds) {
-    for (size_t i = range.begin(); i < range.end(); ++i) {
-      Reference& r = references[i];
-      const Imath::V3f margin(meshes.margin_of(r.min, r.max));
-      r.min -= margin;
-      r.max += margin;
-      bounds.extendBy(Imath::Box3f(r.min, r.max));
-    }
-    return bounds;
-  };
-  const auto join = [](Imath::Box3f a, const Imath::Box3f& b) {
-    a.extendBy(b);
-    return a;
-  };
-  return tbb::parallel_reduce(tbb::blocked_range<size_t>(0, references.size(), 16384), Imath::Box3f(), add, join);
-}
-
 // Builds a tree of at most config.max_references(). Returns nothing if it had more references than
 // `limit`.
 std::optional<BinaryTree> build_within(const Config& config, std::span<const Geometry> geometries, uint64_t limit,
                                        BuildMonitor& monitor) {
   BinaryTree tree;
-  References references = initial_references(geometries, monitor, tree.bounds);
-  tree.triangle_count = references.count;
-  if (references.count == 0) return tree;
   BuildMeshes meshes(geometries);
   meshes.extent_margin = kExtentTolerance;
   meshes.rounding_margin = 0x1p-22f; // two units of the last place
-  tree.bounds = widen(meshes, {references.buffer.data(), references.count});
+  References references = initial_references(meshes, monitor, tree.bounds);
+  tree.triangle_count = references.count;
+  if (references.count == 0) return tree;
   const double area = half_area(tree.bounds);
   ReferenceCount count(limit);
   const BuildContext context{

@@ -6,6 +6,7 @@
 #include "accel/vectors.h"
 
 #include <cassert>
+#include <cstddef>
 #include <limits>
 
 namespace kindling::accel::kd {
@@ -24,6 +25,16 @@ struct LaneCosts {
     const double dj = static_cast<double>(box.max[j]) - box.min[j], dk = static_cast<double>(box.max[k]) - box.min[k];
     base = static_cast<float>(dj * dk / area);
     slope = static_cast<float>((dj + dk) / area);
+  }
+  // Returns a cost that no plane with references on both sides undercuts. `extents`: the sum over
+  // the references of how far they reach into the box from its nearer end. For the side of a plane
+  // that has a reference reaches at least as far, and its area is at least that of a side that ends
+  // there.
+  [[nodiscard]] float min_cost(size_t count, float extents) const {
+    constexpr float kRounding = 1e-4f;
+    const float both_sides = 2.0f * base + slope * (box_high - box_low);
+    const float of_references = static_cast<float>(count) * base + slope * extents;
+    return (both_sides * leaf + of_references * triangle) * (1.0f - kRounding);
   }
   [[nodiscard]] Float8 leaf_cost(Int8 count) const {
     const Float8 cost = leaf + triangle * __builtin_convertvector(count, Float8);

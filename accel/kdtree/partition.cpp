@@ -16,16 +16,32 @@ namespace {
 
 constexpr size_t kChunkReferences = 16384; // fixed, so that results do not depend on the number of threads
 
-// The side of a reference: exactly one member is true.
+// The side of a reference: one member is 1, the others are 0.
 struct Sides {
-  bool left, right, cut;
+  size_t left, right, cut;
 };
-Sides side_of(const Reference& reference, const Split& split) {
-  const float* bounds = &reference.min.x;
-  const auto axis = static_cast<size_t>(split.axis);
-  const bool ends_below = bounds[axis + 4] <= split.position, starts_above = bounds[axis] >= split.position;
-  const bool left = ends_below && (!starts_above || split.planar_left);
-  return {left, starts_above && !left, !ends_below && !starts_above};
+// Finds sides by arithmetic, since no branch on them could be predicted.
+template <bool kPlanarLeft>
+class SideFinder {
+ public:
+  explicit SideFinder(const Split& split) : axis_(static_cast<size_t>(split.axis)), position_(split.position) {}
+
+  [[nodiscard]] Sides operator()(const Reference& reference) const {
+    const float* bounds = &reference.min.x;
+    const size_t ends_below = bounds[axis_ + 4] <= position_ ? 1 : 0, starts_above = bounds[axis_] >= position_ ? 1 : 0;
+    const size_t left = kPlanarLeft ? ends_below : ends_below & ~starts_above,
+                 right = kPlanarLeft ? starts_above & ~ends_below : starts_above;
+    return {left, right, 1 - left - right};
+  }
+
+ private:
+  size_t axis_;
+  float position_;
+};
+// Calls f(side finder) for a split.
+template <class F>
+auto with_sides(const Split& split, const F& f) {
+  return split.planar_left ? f(SideFinder<true>(split)) : f(SideFinder<false>(split));
 }
 
 // Writes each reference to the end of all three lists and advances only its own, so that there are
@@ -34,17 +50,20 @@ struct Lists {
   Reference *left, *right, *cut;
 };
 Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
-  for (size_t i = 0; i < count; ++i) {
-    const auto lanes = load_vector<Int8>(references + i);
-    const Sides side = side_of(references[i], split);
-    store_vector(lists.left, lanes);
-    store_vector(lists.right, lanes);
-    store_vector(lists.cut, lanes);
-    lists.left += side.left ? 1 : 0;
-    lists.right += side.right ? 1 : 0;
-    lists.cut += side.cut ? 1 : 0;
-  }
-  return lists;
+  return with_sides(split, [=](const auto side_of) {
+    Lists end = lists;
+    for (size_t i = 0; i < count; ++i) {
+      const auto lanes = load_vector<Int8>(references + i);
+      const Sides side = side_of(references[i]);
+      store_vector(end.left, lanes);
+      store_vector(end.right, lanes);
+      store_vector(end.cut, lanes);
+      end.left += side.left;
+      end.right += side.right;
+      end.cut += side.cut;
+    }
+    return end;
+  });
 }
 
 void cut_all(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split, Reference*& left,
@@ -105,12 +124,16 @@ Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference>
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     Chunk& chunk = chunks[c];
     std::vector<Reference> cut;
-    for (const Reference& reference : chunk_of(c)) {
-      const Sides side = side_of(reference, split);
-      chunk.counts.left += side.left ? 1 : 0;
-      chunk.counts.right += side.right ? 1 : 0;
-      if (side.cut) cut.push_back(reference);
-    }
+    chunk.counts = with_sides(split, [&](const auto side_of) {
+      HalfCounts counts;
+      for (const Reference& reference : chunk_of(c)) {
+        const Sides side = side_of(reference);
+        counts.left += side.left;
+        counts.right += side.right;
+        if (side.cut != 0) cut.push_back(reference);
+      }
+      return counts;
+    });
     chunk.left_parts.resize(cut.size());
     chunk.right_parts.resize(cut.size());
     Reference *left_end = chunk.left_parts.data(), *right_end = chunk.right_parts.data();
@@ -129,26 +152,28 @@ Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference>
   out.left = ReferenceBuffer(out.counts.left);
   out.right = ReferenceBuffer(out.counts.right);
 
-  // Uses small lists in the cache, because deal() writes past the end of its lists, where other
-  // chunks' references are.
-  constexpr size_t kBlock = 256;
+  // As deal(), but a full list leaves what is after it, which is another chunk's.
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     const Chunk& chunk = chunks[c];
-    std::array<Reference, kBlock + 1> left, right, cut;
-    Reference *left_end = out.left.data() + chunk.first.left, *right_end = out.right.data() + chunk.first.right;
-    const auto append = [](const Reference* from, size_t count, Reference*& end) {
-      copy_references(from, count, end);
-      end += count;
-    };
-    const std::span<const Reference> own = chunk_of(c);
-    for (size_t first = 0; first < own.size(); first += kBlock) {
-      const Lists end = deal(own.data() + first, std::min(kBlock, own.size() - first), split,
-                             {left.data(), right.data(), cut.data()});
-      append(left.data(), static_cast<size_t>(end.left - left.data()), left_end);
-      append(right.data(), static_cast<size_t>(end.right - right.data()), right_end);
-    }
-    append(chunk.left_parts.data(), chunk.left_parts.size(), left_end);
-    append(chunk.right_parts.data(), chunk.right_parts.size(), right_end);
+    Reference spare;
+    Reference *left = out.left.data() + chunk.first.left, *right = out.right.data() + chunk.first.right;
+    Reference *const left_end = left + (chunk.counts.left - chunk.left_parts.size()), *const right_end =
+                                                                                          right +
+                                                                                          (chunk.counts.right -
+                                                                                           chunk.right_parts.size());
+    with_sides(split, [&](const auto side_of) {
+      for (const Reference& reference : chunk_of(c)) {
+        const auto lanes = load_vector<Int8>(&reference);
+        const Sides side = side_of(reference);
+        store_vector(left < left_end ? left : &spare, lanes);
+        store_vector(right < right_end ? right : &spare, lanes);
+        left += side.left;
+        right += side.right;
+      }
+    });
+    assert(left == left_end && right == right_end);
+    copy_references(chunk.left_parts.data(), chunk.left_parts.size(), left_end);
+    copy_references(chunk.right_parts.data(), chunk.right_parts.size(), right_end);
   });
   return out;
 }

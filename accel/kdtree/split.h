@@ -7,6 +7,7 @@
 
 #include <ImathBox.h>
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -80,12 +81,13 @@ struct SplitScratch {
                                                      std::span<const Reference> references, SplitScratch& scratch);
 
 // Tries every bound by counting the references on each side, in quadratic time, which is faster for
-// few references. At most kMaxCounted references. Costs are in single precision, and axes shorter
-// than kMinExtent are not split.
+// few references. One to kMaxCounted references. Costs are in single precision, and axes shorter
+// than kMinExtent are not split. Splits that cost more than `limit` may be missed.
 inline constexpr size_t kMaxCounted = 128;
 inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
-                                                      std::span<const Reference> references);
+                                                      std::span<const Reference> references,
+                                                      double limit = std::numeric_limits<double>::infinity());
 
 // Tries the borders of 32 to 256 bins per axis and the ends of the occupied space. For up to
 // Config::refine_below references, also tries all bounds in the two bins at the best border.

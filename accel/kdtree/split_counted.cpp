@@ -8,15 +8,68 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 
 namespace kindling::accel::kd {
 namespace {
 
-// Reference bounds as a structure of arrays.
+// Reference bounds as a structure of arrays, the last reference repeated to a multiple of eight.
 struct LaneBounds {
   alignas(32) float low[3][kMaxCounted], high[3][kMaxCounted];
   size_t count;
+
+  explicit LaneBounds(std::span<const Reference> references) : count(references.size()) {
+    for (size_t first = 0; first < count; first += 4) {
+      Float4 lows[4], highs[4];
+      for (size_t i = 0; i < 4; ++i) {
+        const Reference& reference = references[std::min(first + i, count - 1)];
+        lows[i] = load_vector<Float4>(&reference);
+        highs[i] = load_vector<Float4>(reinterpret_cast<const std::byte*>(&reference) + sizeof(Float4));
+      }
+      transpose(lows);
+      transpose(highs);
+      for (size_t axis = 0; axis < 3; ++axis) {
+        store_vector(low[axis] + first, lows[axis]);
+        store_vector(high[axis] + first, highs[axis]);
+      }
+    }
+    if (count % 8 == 0 || count % 8 > 4) return;
+    for (size_t axis = 0; axis < 3; ++axis)
+      for (size_t i = (count + 3) / 4 * 4, last = i + 4; i < last; ++i) {
+        low[axis][i] = low[axis][count - 1];
+        high[axis][i] = high[axis][count - 1];
+      }
+  }
+};
+
+// Bounds of the planes across an axis, before they are tried.
+struct AxisBounds {
+  float low, high; // ends of the occupied space
+  float min_cost;  // see LaneCosts
+
+  AxisBounds(const LaneBounds& bounds, size_t axis, const LaneCosts& costs) {
+    const Float8 size = splat(costs.box_high - costs.box_low);
+    Float8 all_low = load_vector<Float8>(bounds.low[axis]), all_high = load_vector<Float8>(bounds.high[axis]), sum{};
+    const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    for (size_t i = 0; i < bounds.count; i += 8) {
+      const auto starts = load_vector<Float8>(bounds.low[axis] + i), ends = load_vector<Float8>(bounds.high[axis] + i);
+      all_low = vector_min(starts, all_low);
+      all_high = vector_max(ends, all_high);
+      const Float8 extent = vector_min(vector_min(ends - costs.box_low, costs.box_high - starts), size);
+      sum += (lanes < static_cast<int32_t>(bounds.count - i)) ? extent : Float8{};
+    }
+    low = all_low[0];
+    high = all_high[0];
+    float total = sum[0];
+    for (size_t i = 1; i < 8; ++i) {
+      low = std::min(low, all_low[i]);
+      high = std::max(high, all_high[i]);
+      total += sum[i];
+    }
+    min_cost = costs.min_cost(bounds.count, total);
+  }
 };
 
 struct Planes {
@@ -88,26 +141,34 @@ void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const
 } // namespace
 
 std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
-                                        std::span<const Reference> references) {
-  assert(references.size() <= kMaxCounted);
+                                        std::span<const Reference> references, double limit) {
+  assert(!references.empty() && references.size() <= kMaxCounted);
   const double area = half_area(box);
   if (!(area > 0.0)) return std::nullopt;
-  LaneBounds bounds;
-  bounds.count = references.size();
-  for (size_t i = 0; i < references.size(); ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds.low[axis][i] = references[i].min[axis];
-      bounds.high[axis][i] = references[i].max[axis];
-    }
+  const LaneBounds bounds(references);
+  const auto count = static_cast<int32_t>(references.size());
   LaneBest best;
   Planes planes;
+  auto worth = static_cast<float>(limit - config.traversal_cost); // no plane that costs more is wanted
   for (int axis = 0; axis < 3; ++axis) {
     if (!(box.max[axis] - box.min[axis] > kMinExtent)) continue;
+    const LaneCosts costs(config, box, area, axis);
+    const AxisBounds known(bounds, static_cast<size_t>(axis), costs);
+    if (known.min_cost > worth) { // only planes that cut off empty space
+      const Float8 ends = {known.low,  known.high, known.high, known.high,
+                           known.high, known.high, known.high, known.high};
+      const Int8 left = {0, count, count, count, count, count, count, count};
+      const Int8 inside = (ends > costs.box_low) & (ends < costs.box_high);
+      const Float8 cost = inside ? costs(ends, left, count - left) : splat(std::numeric_limits<float>::infinity());
+      constexpr Int8 kPlanarLeft = {0, 1, 1, 1, 1, 1, 1, 1}; // nothing stays on the empty side
+      best.offer(cost, ends, kPlanarLeft + 2 * axis);
+      continue;
+    }
     collect_planes(bounds, axis, box.min[axis], box.max[axis], planes);
     if (planes.count == 0) continue;
-    const LaneCosts costs(config, box, area, axis);
     planes.planars ? count_sides<true>(bounds, axis, planes, costs, best)
                    : count_sides<false>(bounds, axis, planes, costs, best);
+    worth = std::min(worth, best.cost[best.lane()]);
   }
   const size_t lane = best.lane();
   if (!best.found(lane)) return std::nullopt;

@@ -126,22 +126,33 @@ void refine_split(const Config& config, const Imath::Box3f& box, std::span<const
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
   assert(low <= high);
   const CostModel model(config, box);
-  clear_events(scratch);
+  // Each bound is written to the end of its list, which advances only if it counts: what counts
+  // cannot be predicted by branches.
+  const auto list = [&](std::vector<float>& events) {
+    events.resize(references.size());
+    return events.data();
+  };
+  float *starts = list(scratch.starts), *ends = list(scratch.ends), *planars = list(scratch.planars);
   Outside outside;
   for (const Reference& reference : references) {
     const float start = reference.min[axis], end = reference.max[axis];
-    const bool planar = start == end;
-    if (start < low) {
-      ++outside.left;
-    } else if (start <= high) {
-      (planar ? scratch.planars : scratch.starts).push_back(start);
-    }
-    if (end > high) {
-      ++outside.right;
-    } else if (end >= low && !planar) {
-      scratch.ends.push_back(end);
-    }
+    const size_t planar = start == end ? 1 : 0, starts_below = start < low ? 1 : 0, ends_above = end > high ? 1 : 0;
+    const size_t starts_inside = (start <= high ? 1 : 0) & ~starts_below,
+                 ends_inside = (end >= low ? 1 : 0) & ~ends_above;
+    *starts = *planars = start;
+    *ends = end;
+    outside.left += starts_below;
+    outside.right += ends_above;
+    starts += starts_inside & ~planar;
+    planars += starts_inside & planar;
+    ends += ends_inside & ~planar;
   }
+  const auto cut = [](std::vector<float>& events, const float* end) {
+    events.resize(static_cast<size_t>(end - events.data()));
+  };
+  cut(scratch.starts, starts);
+  cut(scratch.ends, ends);
+  cut(scratch.planars, planars);
   sort_and_sweep(model, box, axis, outside, scratch, best);
 }
 

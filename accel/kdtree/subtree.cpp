@@ -6,9 +6,12 @@
 #include "accel/kdtree/subtree.h"
 
 #include "accel/kdtree/box_cuts.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
+#include <utility>
 
 namespace kindling::accel::kd {
 
@@ -47,12 +50,27 @@ std::optional<Split> best_split_beside(const CostModel& model, const Imath::Box3
 }
 
 Imath::Box3f bounds_of(std::span<const Reference> references) {
-  Imath::Box3f bounds;
+  constexpr float kMax = std::numeric_limits<float>::max();
+  Float4 low = {kMax, kMax, kMax, kMax}, high = -low; // the last lanes are ids and not needed
   for (const Reference& reference : references) {
-    bounds.extendBy(reference.min);
-    bounds.extendBy(reference.max);
+    low = vector_min(load_vector<Float4>(&reference), low);
+    high = vector_max(load_vector<Float4>(&reference.max), high);
   }
-  return bounds;
+  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+}
+
+LeafReference id_of(const Reference& reference) { return {reference.geometry, reference.triangle}; }
+uint64_t sort_key(const LeafReference& r) { return uint64_t{r.geometry} << 32 | r.triangle; }
+constexpr auto kPrecedes = [](const LeafReference& a, const LeafReference& b) { return sort_key(a) < sort_key(b); };
+
+// Appends the references of all leaves of a subtree.
+void append_ids(const BinaryNode& node, std::vector<LeafReference>& ids) {
+  if (node.is_inner()) {
+    append_ids(node.children[0], ids);
+    append_ids(node.children[1], ids);
+  } else if (!node.is_empty()) {
+    ids.insert(ids.end(), node.references, node.references + node.count);
+  }
 }
 
 bool have_same_bounds(std::span<const Reference> references) {
@@ -76,7 +94,7 @@ std::optional<Split> find_split(const Config& config, const CostModel& model, co
     return split;
   }
   if (count <= std::min<size_t>(kMaxCounted, config.exact_below)) {
-    split = best_split_counted(config, box, references);
+    split = best_split_counted(config, box, references, leaf_cost);
   } else {
     if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
     // The binned search finds nothing if all bounds fall into one bin; for few references that is
@@ -109,9 +127,9 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std:
 
 double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                                   BinaryNode& node) {
-  const size_t first_id = push_ids(references);
-  make_leaf(context, cell.weight, ids_from(first_id), bounds_of(references), node);
-  ids_.resize(first_id);
+  LeafReference* own = arena_.references.allocate(references.size());
+  for (size_t i = 0; i < references.size(); ++i) own[i] = id_of(references[i]);
+  make_leaf(context, cell.weight, {own, references.size()}, bounds_of(references), node);
   return CostModel(context.config, cell.box).leaf_cost(references.size());
 }
 
@@ -129,19 +147,21 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   // Predicts the larger side; only the height of the stack depends on it.
   const double middle = 0.5 * (static_cast<double>(cell.box.min[split->axis]) + cell.box.max[split->axis]);
   const bool left_in_place = split->position > middle;
-  const size_t first_id = push_ids(references); // the node may still become a leaf
   const size_t top = first + count;
   stack_.reserve(top + count + 1, top);
   const HalfCounts counts = partition_in_place(context.meshes, stack_.data() + first, count, *split, left_in_place,
                                                stack_.data() + top, cut_);
   const bool reduced = counts.left < count || counts.right < count;
   if (!reduced || counts.left + counts.right > cell.budget) {
-    make_leaf(context, cell.weight, ids_from(first_id), cell.box, node);
-    ids_.resize(first_id);
+    // The halves have replaced the references, and have each of them at least once.
+    ids_.clear();
+    const auto [in_place, elsewhere] =
+        left_in_place ? std::pair(counts.left, counts.right) : std::pair(counts.right, counts.left);
+    for (size_t i = 0; i < in_place; ++i) ids_.push_back(id_of(stack_.data()[first + i]));
+    for (size_t i = 0; i < elsewhere; ++i) ids_.push_back(id_of(stack_.data()[top + i]));
+    make_leaf_of_ids(context, cell.weight, cell.box, node);
     return model.leaf_cost(count);
   }
-  const bool may_collapse = count <= config.collapse_below;
-  if (!may_collapse) ids_.resize(first_id);
 
   Cell below, above;
   cell.divide(*split, counts, below, above);
@@ -163,38 +183,39 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   double cost = config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
                 model.right_probability(split->axis, split->position) * right_cost;
   choose_boxes(node, context.inverse_area);
-  if (may_collapse && model.leaf_cost(count) <= cost) {
+  if (count <= config.collapse_below && model.leaf_cost(count) <= cost) {
+    ids_.clear();
+    append_ids(node, ids_);
     arena_.nodes.rewind(nodes_before);
     arena_.references.rewind(references_before);
     made_ = made_before;
-    make_leaf(context, 0.0, ids_from(first_id), Imath::Box3f(node.bounds), node); // progress was counted by its leaves
+    make_leaf_of_ids(context, 0.0, Imath::Box3f(node.bounds), node); // progress was counted by its leaves
     cost = model.leaf_cost(count);
   }
-  ids_.resize(first_id);
   return cost;
 }
 
-size_t SubtreeBuilder::push_ids(std::span<const Reference> references) {
-  const size_t size = ids_.size();
-  ids_.resize(size + references.size());
-  for (size_t i = 0; i < references.size(); ++i) ids_[size + i] = {references[i].geometry, references[i].triangle};
-  return size;
+void SubtreeBuilder::make_leaf_of_ids(const BuildContext& context, double weight, const Imath::Box3f& bounds,
+                                      BinaryNode& node) {
+  std::sort(ids_.begin(), ids_.end(), kPrecedes);
+  ids_.erase(std::unique(ids_.begin(), ids_.end(),
+                         [](const LeafReference& a, const LeafReference& b) { return sort_key(a) == sort_key(b); }),
+             ids_.end());
+  LeafReference* own = arena_.references.allocate(ids_.size());
+  std::copy(ids_.begin(), ids_.end(), own);
+  make_leaf(context, weight, {own, ids_.size()}, bounds, node);
 }
 
-void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
+void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<LeafReference> own,
                                const Imath::Box3f& bounds, BinaryNode& node) {
-  assert(!references.empty());
-  LeafReference* own = arena_.references.allocate(references.size());
-  std::copy(references.begin(), references.end(), own);
+  assert(!own.empty());
   // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
-  std::sort(own, own + references.size(), [](const LeafReference& a, const LeafReference& b) {
-    return a.geometry != b.geometry ? a.geometry < b.geometry : a.triangle < b.triangle;
-  });
+  std::sort(own.begin(), own.end(), kPrecedes);
   node = BinaryNode();
   node.bounds = bounds;
-  node.count = static_cast<uint32_t>(references.size());
-  node.references = own;
-  made_ += references.size();
+  node.count = static_cast<uint32_t>(own.size());
+  node.references = own.data();
+  made_ += own.size();
   unreported_ += weight;
   constexpr double kReport = 512.0; // in triangles
   if (unreported_ > kReport) {

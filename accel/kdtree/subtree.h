@@ -76,17 +76,15 @@ class SubtreeBuilder {
 
  private:
   double build(const BuildContext& context, const Cell& cell, size_t first, size_t count, BinaryNode& node);
-  void make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> references,
-                 const Imath::Box3f& bounds, BinaryNode& node);
-  // Returns the index of the first.
-  size_t push_ids(std::span<const Reference> references);
-  [[nodiscard]] std::span<const LeafReference> ids_from(size_t first) const {
-    return std::span<const LeafReference>(ids_).subspan(first);
-  }
+  // Makes a leaf of ids_, in any order and with repetitions.
+  void make_leaf_of_ids(const BuildContext& context, double weight, const Imath::Box3f& bounds, BinaryNode& node);
+  // `own`: allocated here, each once; they will be sorted.
+  void make_leaf(const BuildContext& context, double weight, std::span<LeafReference> own, const Imath::Box3f& bounds,
+                 BinaryNode& node);
 
   TreeArena arena_;
   ReferenceBuffer stack_, cut_;
-  std::vector<LeafReference> ids_; // references of all ancestors that may yet become leaves
+  std::vector<LeafReference> ids_; // of a leaf in place of a split
   SplitScratch scratch_;
   double unreported_ = 0.0; // progress not yet reported
   uint64_t made_ = 0;       // references in the leaves of the present subtree

@@ -207,6 +207,43 @@ TEST(Split, CountingSearchFindsCheapestPlane) {
       }
 }
 
+// With a limit the search leaves out axes that cannot undercut it, and finds the same planes below
+// it.
+TEST(Split, CountingSearchWithLimitFindsCheaperPlanes) {
+  Rng rng(109);
+  const Config config;
+  int cheaper = 0, left_out = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const auto count = static_cast<size_t>(2 + round % 40);
+    std::vector<Reference> references = random_references(rng, static_cast<int>(count), round % 2 == 0);
+    Box3f box(V3f(0), V3f(1));
+    if (round % 4 < 2) { // small references that fill the box, so that costs are near those of a leaf
+      box.makeEmpty();
+      for (Reference& r : references) {
+        r.max = r.min + (r.max - r.min) * 0.1f;
+        box.extendBy(Box3f(r.min, r.max));
+      }
+    } else { // one long axis, and empty space
+      box.max[round % 3] = uniform(rng, 0.5f, 3.0f);
+      box.min[(round + 1) % 3] = uniform(rng, -2.0f, 0.0f);
+    }
+    const auto free = best_split_counted(config, box, references);
+    for (const double limit : {CostModel(config, box).leaf_cost(count), free ? free->cost * 1.0001 : 0.0}) {
+      const auto limited = best_split_counted(config, box, references, limit);
+      if (free && free->cost < limit) {
+        ++cheaper;
+        ASSERT_TRUE(limited);
+        EXPECT_EQ(limited->cost, free->cost);
+        EXPECT_NEAR(true_cost(config, box, references, *limited), free->cost, 1e-5 * free->cost);
+      } else if (free) {
+        left_out += !limited || limited->cost > free->cost ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(cheaper, 1000);
+  EXPECT_GT(left_out, 20);
+}
+
 TEST(Split, BinnedSearchIsNearOptimal) {
   Rng rng(107);
   const Config config;
