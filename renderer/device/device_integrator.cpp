@@ -16,6 +16,7 @@ namespace kindling {
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
                                    const WaveSetup& setup)
     : device_(device), settings_(settings), world_(input.world), setup_(setup) {
+  setup_.direct_samples = static_cast<uint32_t>(settings.direct_samples);
   DevicePlan plan = plan_device_memory(device, input, [this](uint32_t paths) { return wave_bytes(paths); });
   setup_.paths = plan.paths;
   if (plan.tiles)

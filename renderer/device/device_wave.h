@@ -18,6 +18,7 @@ namespace kindling {
 struct WaveSetup {
   uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
   AovSet aovs;
+  uint32_t direct_samples = 1; // IntegratorSettings::direct_samples
   bool trims_outliers = false;
   bool has_rates = false;     // sample rates
   TilePager* pager = nullptr; // null: all texels are in memory

@@ -8,9 +8,10 @@
 namespace kindling {
 
 uint64_t path_wave_bytes(const WaveSetup& setup) {
-  constexpr uint64_t kOfPath = sizeof(PathState) + sizeof(MediumStack) + 2 * sizeof(accel::Ray) + sizeof(accel::Hit) +
-                               2 * sizeof(uint32_t) + sizeof(ShadowRecord);
-  return common_wave_bytes(setup) + setup.paths * kOfPath + sizeof(uint64_t);
+  constexpr uint64_t kOfPath =
+      sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t);
+  constexpr uint64_t kOfShadowRay = sizeof(accel::Ray) + sizeof(WaveShadow);
+  return common_wave_bytes(setup) + setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay) + sizeof(uint64_t);
 }
 
 std::vector<Kernel> path_wave_kernels(bool filters_hits) {
@@ -22,9 +23,9 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits) {
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
-      states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity()),
-      hits_(on, capacity()), active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
-      shadow_records_(on, capacity()) {
+      states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
+      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
+      next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity() * setup.direct_samples) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();

@@ -35,7 +35,7 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<accel::Hit> hits_;
   DeviceArray<uint32_t> active_, next_;
   DeviceArray<QueueCounts> queue_counts_;
-  DeviceArray<ShadowRecord> shadow_records_;
+  DeviceArray<WaveShadow> shadow_records_;
 };
 
 } // namespace kindling

@@ -107,6 +107,7 @@ class Sum {
     if (part.film.trims_outliers()) whole_->film.trim_outliers();
     if (part.film.has_splats()) whole_->film.enable_splats();
     whole_->work.light_paths = part.work.light_paths;
+    whole_->work.direct_samples = part.work.direct_samples;
     whole_->film.split_by_light_groups(part.film.light_groups());
     if (!is_adaptive(part)) return;
     whole_->adaptive.stop_at.assign(whole_->coverage.block_count(), std::numeric_limits<uint32_t>::max());
@@ -119,6 +120,8 @@ class Sum {
     if (part.work.light_paths != whole_->work.light_paths || part.film.has_splats() != whole_->film.has_splats())
       return damaged(file, "has other light paths than the first part: --light-paths auto traces none on devices; "
                            "render all parts on the CPU, or with --light-paths 0");
+    if (part.work.direct_samples != whole_->work.direct_samples)
+      return damaged(file, "has another number of light samples than the first part (--direct-samples auto)");
     if (part.film.aovs().bits() != whole_->film.aovs().bits() ||
         part.film.trims_outliers() != whole_->film.trims_outliers() ||
         !same_rect(part.film.splat_area(), whole_->film.splat_area()) ||

@@ -40,13 +40,13 @@ struct BatchSink {
     record.allowed = vertex.bsdf.allowed() / scattered.pdf;
     context.recorder->reflect(path.slot, record);
   }
-  void offer_light(const PathStages::Vertex& vertex, const Rgb& contribution) {
+  void offer_light(const PathStages::Vertex& vertex, const LightSample& light, const Rgb& contribution) {
     if (!context.recorder) return;
     context.recorder->offer_light({.position = vertex.surface.position,
                                    .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
-                                   .kind = vertex.light->kind,
-                                   .moment = square(luminance(contribution)) * vertex.light->kind_probability,
-                                   .probability = vertex.light->kind_probability});
+                                   .kind = light.kind,
+                                   .moment = square(luminance(contribution)) * light.kind_probability,
+                                   .probability = light.kind_probability});
   }
 
   void surface_event(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,

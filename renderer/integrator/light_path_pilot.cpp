@@ -2,17 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/light_path_pilot.h"
 
-#include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/pilot_grid.h"
+#include "renderer/integrator/pilot_tasks.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -98,47 +96,18 @@ class Pilot {
 
  private:
   void make_cells() {
-    const uint64_t wanted = std::max<uint64_t>(settings_.paths / kPathsPerCell, 1);
-    const auto across = [this](int pixels) { return (pixels + side_ - 1) / side_; };
-    do {
-      side_ += kBlockSize;
-      columns_ = across(size_.x);
-      rows_ = across(size_.y);
-    } while (static_cast<uint64_t>(columns_) * static_cast<uint64_t>(rows_) > wanted && columns_ * rows_ > 1);
-    cells_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows_));
-    for (uint32_t cell = 0; cell < cells_.size(); ++cell) {
-      const V2i first(static_cast<int>(cell) % columns_ * side_, static_cast<int>(cell) / columns_ * side_);
-      V2i at;
-      for (int axis = 0; axis < 2; ++axis) {
-        const int blocks = (std::min(side_, size_[axis] - first[axis]) + kBlockSize - 1) / kBlockSize;
-        const uint32_t random = hash_combine(hash_u32(0x51edU + static_cast<uint32_t>(axis)), cell);
-        at[axis] = first[axis] + static_cast<int>(random % static_cast<uint32_t>(blocks)) * kBlockSize;
-      }
-      cells_[cell].block = {at, V2i(std::min(at.x + kBlockSize, size_.x), std::min(at.y + kBlockSize, size_.y))};
-    }
+    grid_ = make_pilot_grid(size_, settings_.paths / kPathsPerCell, kBlockSize);
+    cells_.resize(grid_.blocks.size());
+    for (size_t cell = 0; cell < cells_.size(); ++cell) cells_[cell].block = grid_.blocks[cell];
   }
 
-  // Calls trace(task, context) for each task, on all threads.
   template <typename Trace>
   void run_tasks(const PathIntegrator& integrator, size_t count, const Trace& trace) {
-    tbb::enumerable_thread_specific<std::unique_ptr<PathContext>> contexts(
-        [&] { return integrator.make_path_context(); });
-    std::atomic<bool> complete{true};
-    std::atomic<double> busy_s{0.0};
-    tbb::parallel_for(size_t{0}, count, [&](size_t task) {
-      if (!complete || world_.abandoned() || (stopped_ && stopped_())) complete = false;
-      if (!complete) return;
-      const StandardArithmetic standard_arithmetic;
-      const Clock::time_point start = Clock::now();
-      trace(task, *contexts.local());
-      busy_s += std::chrono::duration<double>(Clock::now() - start).count();
-    });
-    complete_ = complete && !world_.abandoned();
-    busy_s_ += busy_s;
-    RayCounters rays;
-    for (const std::unique_ptr<PathContext>& context : contexts) rays.add(context->counters);
-    rays_of_tasks_ = static_cast<double>(rays.bounce + rays.shadow);
-    choice_.rays.add(rays);
+    const PilotWork work = run_pilot_tasks(integrator, world_, stopped_, count, trace);
+    complete_ = work.complete;
+    busy_s_ += work.busy_s;
+    rays_of_tasks_ = static_cast<double>(work.rays.bounce + work.rays.shadow);
+    choice_.rays.add(work.rays);
   }
 
   // Traces the same paths twice, with the weights of images without and with light paths.
@@ -187,10 +156,6 @@ class Pilot {
     }
   }
 
-  [[nodiscard]] size_t index_of(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(columns_) + static_cast<size_t>(x);
-  }
-
   void trace_light_paths(const LightPaths& light_paths) {
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{});
     const PathStages stages = make_path_stages(settings_.integrator, world_, camera_, sampler_, settings_.guide);
@@ -203,7 +168,7 @@ class Pilot {
       for (const LightPathContext::Splat& splat : context.light_paths.found) {
         const V2i at(std::clamp(static_cast<int>(splat.film_px.x), 0, size_.x - 1),
                      std::clamp(static_cast<int>(splat.film_px.y), 0, size_.y - 1));
-        const size_t cell = index_of(at.x / side_, at.y / side_);
+        const size_t cell = grid_.cell_of(at.x, at.y);
         const PixelRect& block = cells_[cell].block;
         if (at.x < block.min.x || at.y < block.min.y || at.x >= block.max.x || at.y >= block.max.y) continue;
         const double weight = static_cast<double>(LightPathView::light_weight(splat.ratio));
@@ -340,7 +305,7 @@ class Pilot {
   V2i size_;
   Sampler sampler_;
   Clock::time_point start_ = Clock::now();
-  int side_ = 0, columns_ = 0, rows_ = 0; // of cells: pixels, number
+  PilotGrid grid_;
   std::vector<Cell> cells_;
   std::vector<Record> records_;
   double rarest_ = std::numeric_limits<double>::infinity();

@@ -23,7 +23,8 @@ struct CaughtPaths;
 // allocates per sample.
 class PathContext final : public ThreadContext {
  public:
-  PathContext(size_t batch_size, AovSet aovs);
+  // `direct_samples`: IntegratorSettings::direct_samples.
+  PathContext(size_t batch_size, size_t direct_samples, AovSet aovs);
   ~PathContext() override;
 
   std::vector<CameraSample> camera_samples; // by slot

@@ -10,6 +10,7 @@
 #include "renderer/integrator/level_list.h"
 #include "renderer/integrator/shade_batch.h"
 #include "renderer/integrator/shadow_catchers.h"
+#include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
 
 #include <array>
@@ -56,9 +57,10 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return mak
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
   const size_t size = std::max<size_t>(stages_.settings.batch_size, LevelList::kMaxOfLevel);
-  auto context = std::make_unique<PathContext>(size, aovs_);
+  const auto direct_samples = static_cast<size_t>(stages_.settings.direct_samples);
+  auto context = std::make_unique<PathContext>(size, direct_samples, aovs_);
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
-    context->split_light = std::make_unique<SplitLight>(size, light_groups_.names.size());
+    context->split_light = std::make_unique<SplitLight>(size, size * direct_samples, light_groups_.names.size());
   if (unshaded_) context->caught = std::make_unique<CaughtPaths>(size, unshaded_->make_path_context());
   return context;
 }
@@ -176,7 +178,20 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   }
 }
 
-// Samples one light for every vertex of a group that reflects, except where it would be in vain.
+// Sets the queries for several light samples at one surface.
+void PathIntegrator::query_lights(const PathInFlight& path, const LightQuery& first, std::span<LightQuery> queries) {
+  std::array<BounceAddress, kMaxDirectSamples> addresses;
+  std::array<BounceDraws, kMaxDirectSamples> draws;
+  const auto count = static_cast<uint32_t>(queries.size());
+  for (uint32_t i = 0; i < count; ++i) {
+    addresses[i] = PathStages::draws_address(path);
+    addresses[i].address = light_sample_address(path.sample.address, i, count);
+  }
+  draw_bounces(std::span(addresses).first(count), std::span(draws).first(count));
+  for (uint32_t i = 0; i < count; ++i) queries[i] = PathStages::light_query(first, draws[i]);
+}
+
+// Samples lights for every vertex of a group that reflects, except where it would be in vain.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
   std::array<uint8_t, ShadeGroup::kSize> reflecting; // numbers of members
@@ -193,10 +208,18 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   for (size_t i = 0; i < reflecting_count; ++i) {
     ShadeGroup::Member& member = group.members[reflecting[i]];
     member.sampled.draws = draws[i];
-    group.queries[query_count] =
+    const LightQuery query =
         stages_.light_query(member.surface, context.rays[first + reflecting[i]].time, member.sampled);
-    member.light = ShadeGroup::kNoLight;
-    if (stages_.samples_light(member.surface)) member.light = static_cast<uint32_t>(query_count++);
+    member.first_light = static_cast<uint32_t>(query_count);
+    member.light_count = 0;
+    if (!stages_.samples_light(member.surface)) continue;
+    const PathInFlight path = path_at(context.active[first + reflecting[i]], context);
+    member.light_count = stages_.light_sample_count(path.state);
+    if (member.light_count == 1)
+      group.queries[query_count] = query;
+    else
+      query_lights(path, query, std::span(group.queries).subspan(query_count, member.light_count));
+    query_count += member.light_count;
   }
   world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }

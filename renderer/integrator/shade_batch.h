@@ -22,7 +22,7 @@ inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& c
       if constexpr (Sink::kSplits) sink.split_shapes(stages_, ray, hit, path);
     }
     if (hit.is_hit())
-      stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights[member.light], path, sink);
+      stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights_of(member), path, sink);
     else
       stages_.shade_escaped(ray, member.escaped, path, sink);
   }

@@ -8,25 +8,30 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace kindling {
 
 // The size is chosen so that the data of all its paths stays in the innermost caches.
 struct ShadeGroup {
   static constexpr size_t kSize = 32;
-  static constexpr uint32_t kNoLight = kSize;
+  static constexpr size_t kMaxLights = kSize * kMaxDirectSamples;
 
   struct Member {
-    EnvironmentView::Location escaped; // direction of a ray without a hit
-    SurfacePoint surface;              // at the hit, if there is one
-    SurfaceDraws sampled;              // if the surface reflects
-    uint32_t light = 0;                // index into lights, if it reflects; kNoLight: none is sampled
+    EnvironmentView::Location escaped;         // direction of a ray without a hit
+    SurfacePoint surface;                      // at the hit, if there is one
+    SurfaceDraws sampled;                      // if the surface reflects
+    uint32_t first_light = 0, light_count = 0; // its part of `lights`, if it reflects
   };
 
+  [[nodiscard]] std::span<const std::optional<LightSample>> lights_of(const Member& member) const {
+    return std::span(lights).subspan(member.first_light, member.light_count);
+  }
+
   std::array<Member, kSize> members;
-  std::array<RayFootprint, kSize> footprints;               // valid for members with a hit
-  std::array<LightQuery, kSize> queries;                    // for surfaces at which a light is sampled, consecutive
-  std::array<std::optional<LightSample>, kSize + 1> lights; // the last one is always empty
+  std::array<RayFootprint, kSize> footprints; // valid for members with a hit
+  std::array<LightQuery, kMaxLights> queries; // for surfaces at which lights are sampled, consecutive
+  std::array<std::optional<LightSample>, kMaxLights> lights;
 };
 
 } // namespace kindling

@@ -34,10 +34,10 @@ struct SplitLight {
     FirstEvent first;
   };
 
-  SplitLight(size_t batch_size, size_t light_groups)
+  SplitLight(size_t batch_size, size_t shadow_rays, size_t light_groups)
       : groups(batch_size * light_groups), passes(batch_size), firsts(batch_size), colors(batch_size),
         group_count(light_groups), parts(std::max(light_groups, kLightPassCount)) {
-    shadows.reserve(batch_size);
+    shadows.reserve(shadow_rays);
   }
 
   void start(size_t path_count) {

@@ -37,11 +37,11 @@ struct SplittingSink : BatchSink {
       first = {FirstEvent::Kind::volume, Rgb(0.0f)};
   }
 
-  void offer_light(const PathStages::Vertex& vertex, const Rgb& contribution) {
-    BatchSink::offer_light(vertex, contribution);
-    const bool beyond = vertex.light->wi.dot(vertex.frame.normal) < 0.0f;
-    split_light().shadows.push_back({groups.names.empty() ? uint8_t{0} : groups.of(*vertex.light),
-                                     event_towards(vertex, vertex.light->wi, beyond)});
+  void offer_light(const PathStages::Vertex& vertex, const LightSample& light, const Rgb& contribution) {
+    BatchSink::offer_light(vertex, light, contribution);
+    const bool beyond = light.wi.dot(vertex.frame.normal) < 0.0f;
+    split_light().shadows.push_back(
+        {groups.names.empty() ? uint8_t{0} : groups.of(light), event_towards(vertex, light.wi, beyond)});
   }
 
   void split_emission(const PathInFlight& path, const accel::Hit& hit, const SurfacePoint& surface,

@@ -264,6 +264,10 @@ ParsedHeader parse(std::string_view text_of_json) {
   if (work.contains("training_paths")) read_whole(work, "training_paths", header.summary.work.training_paths.emplace());
   if (work.contains("light_paths"))
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
+  if (work.contains("direct_samples")) {
+    const auto samples = static_cast<int>(whole(member(work, "direct_samples"), "direct_samples", kMaxDirectSamples));
+    header.summary.work.direct_samples = std::max(samples, 1);
+  }
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -355,6 +359,7 @@ std::string header_to_json(const AccumulationHeader& header) {
                   {"rays", counters_to_json(work.rays)}};
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
+  if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);

@@ -60,12 +60,13 @@ Result<void> check_bounces(const RenderSettings& settings) {
     const char* name;
     int value, from, to;
   };
-  // The default of the last one is a few more than the maximum of the others.
+  // The default of max_transmission_bounces is a few more than the maximum of the others.
   for (const Limit& limit : {Limit{"max_bounces", s.max_bounces, 0, kMaxBounces},
                              {"max_diffuse_bounces", s.max_diffuse_bounces, 0, kMaxBounces},
                              {"max_glossy_bounces", s.max_glossy_bounces, 0, kMaxBounces},
                              {"max_transmission_bounces", s.max_transmission_bounces, 0, 2 * kMaxBounces},
-                             {"roulette_start_bounce", s.roulette_start_bounce, 0, kMaxBounces}})
+                             {"roulette_start_bounce", s.roulette_start_bounce, 0, kMaxBounces},
+                             {"direct_samples", s.direct_samples, 1, kMaxDirectSamples}})
     if (limit.value < limit.from || limit.value > limit.to)
       return refuse(std::string(limit.name) + " " + std::to_string(limit.value) + ": " + std::to_string(limit.from) +
                     " to " + std::to_string(limit.to) + " is needed");
@@ -165,6 +166,7 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
     return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (integrator.clamp_direct < kInfinity || integrator.clamp_indirect < kInfinity)
     return not_with("with --clamp-direct or --clamp-indirect, which bound the samples of a pixel");

@@ -1,12 +1,10 @@
-// Sizes the pilot of light paths, and asks what they work with.
+// Sizes pilots, and asks what light paths work with.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/choose_light_paths.h"
 
 #include "renderer/session/check_settings.h"
-#include "renderer/session/train_guide.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace kindling {
 namespace {
@@ -51,24 +49,6 @@ LightPathChoice choose_light_paths(const World& world, const Camera& camera, con
                                      .samples_per_pixel = settings.planned(),
                                      .paths = pilot_paths(settings)},
                                     stopped);
-}
-
-PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
-                            const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
-                            ProgressListener* listener) {
-  PreparedPaths prepared;
-  prepared.light_paths.fraction = settings.integrator.light_paths;
-  prepared.trained = train_guide(world, camera, settings, stopped, on_done);
-  if (!leaves_light_paths_open(settings)) return prepared;
-  prepared.light_paths = choose_light_paths(world, camera, settings, prepared.trained.guide.get(), stopped, listener);
-  settings.chooses_light_paths = false;
-  settings.integrator.light_paths = prepared.light_paths.fraction;
-  if (prepared.light_paths.fraction == 0.0f) return prepared;
-  const TrainedGuide before = std::exchange(prepared.trained, train_guide(world, camera, settings, stopped, on_done));
-  prepared.trained.statistics.training_s += before.statistics.training_s;
-  prepared.trained.statistics.rays.add(before.statistics.rays);
-  prepared.trained.busy_s += before.busy_s;
-  return prepared;
 }
 
 } // namespace kindling

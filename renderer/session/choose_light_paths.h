@@ -24,19 +24,6 @@ namespace kindling {
                                                  const RenderSettings& settings, const Guide* guide,
                                                  const std::function<bool()>& stopped, ProgressListener* listener);
 
-// The guide and the light paths of a render, with how they were found.
-struct PreparedPaths {
-  TrainedGuide trained;
-  LightPathChoice light_paths;
-};
-
-// Trains the guide of a render; if its light paths are left open, chooses them, stores them in the
-// settings and, if there are some, trains a guide beside them. `stopped`, `on_done` as in
-// train_guide(), `listener` may be null.
-[[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
-                                          const std::function<bool()>& stopped,
-                                          const std::function<void(uint64_t)>& on_done, ProgressListener* listener);
-
 // True if a pilot is to choose.
 [[nodiscard]] inline bool leaves_light_paths_open(const RenderSettings& settings) {
   return settings.chooses_light_paths && settings.integrator.light_paths == 0.0f;

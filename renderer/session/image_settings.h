@@ -141,6 +141,7 @@ struct ImageSettings {
   IntegratorSettings integrator; // including the background
   Guiding guiding = Guiding::automatic;
   bool chooses_light_paths = false;       // if integrator.light_paths is 0; see RenderSettings
+  bool chooses_direct_samples = true;     // see RenderSettings
   std::optional<uint64_t> training_paths; // see RenderSettings
 
   [[nodiscard]] uint32_t samples_per_pixel() const {

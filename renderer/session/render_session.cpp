@@ -8,6 +8,7 @@
 #include "renderer/session/choose_light_paths.h"
 #include "renderer/session/find_sample_rates.h"
 #include "renderer/session/place_integrator.h"
+#include "renderer/session/prepare_paths.h"
 #include "renderer/session/render_loop.h"
 #include "renderer/session/train_guide.h"
 #include "renderer/world/light_groups.h"
@@ -87,8 +88,8 @@ bool has_samples(const RenderState& state) {
   return false;
 }
 
-// Checks that a state is one of this render. The guide and the light paths of all runs are the
-// same.
+// Checks that a state is one of this render. The guide, light paths and light samples of all
+// runs are the same.
 Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::string>& light_groups,
                                const Camera& camera, RenderSettings& settings) {
   if (leaves_light_paths_open(settings) && has_samples(state)) {
@@ -96,12 +97,21 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
     settings.chooses_light_paths = false;
     if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
   }
+  if (settings.chooses_direct_samples && has_samples(state)) {
+    settings.integrator.direct_samples = state.work.direct_samples.value_or(1);
+    settings.chooses_direct_samples = false;
+  }
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
   if (state.film.light_groups() != light_groups)
     return Error{ErrorKind::usage, "resuming: the state has other light groups"};
   const std::optional<uint64_t>& before = state.work.training_paths;
   if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
   return {};
+}
+
+// Takes the guide; the settings are those that were prepared.
+LearnedPaths learned_of(PreparedPaths& prepared, const RenderSettings& settings) {
+  return {std::move(prepared.trained.guide), settings.integrator.light_paths, settings.integrator.direct_samples};
 }
 
 } // namespace
@@ -143,7 +153,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       .after_open_passes = [&] { return world.abandoned() || (cancel && cancel->cancelled()); }};
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
                         state ? min_samples(settings, state->coverage) : 0);
-  const bool chooses = leaves_light_paths_open(settings);
+  const bool chooses = leaves_light_paths_open(settings), chooses_direct_samples = settings.chooses_direct_samples;
   PreparedPaths prepared;
   LearnedPaths learned;
   if (!state || !all_done(settings, state->coverage)) {
@@ -152,7 +162,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
           world, camera, settings, stops.after_open_passes, [&](uint64_t paths) { progress.paths_trained(paths); },
           listener);
     });
-    learned = {std::move(prepared.trained.guide), settings.integrator.light_paths};
+    learned = learned_of(prepared, settings);
     if (continuity.after_training && !stops.after_open_passes()) continuity.after_training(learned);
   }
   const TrainedGuide& trained = prepared.trained;
@@ -163,7 +173,9 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   RenderStatistics statistics;
   statistics.guiding = trained.statistics;
   statistics.light_paths = prepared.light_paths;
+  statistics.direct_samples = prepared.direct_samples;
   if (chooses) state->work.light_paths = prepared.light_paths.fraction;
+  if (chooses_direct_samples) state->work.direct_samples = prepared.direct_samples.samples;
   if (max_training_s(settings) && training_paths(settings) > 0)
     state->work.training_paths = trained.statistics.max_paths;
   PlacedIntegrator placed;
@@ -175,7 +187,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     statistics.device = placed.use;
     pilot = pilot_of(settings, *placed.integrator, *state, stops, progress, threads, start);
     loop.emplace(settings, *placed.integrator, *state, continuity, stops, progress, placed.device ? 1 : threads, start,
-                 prepared.light_paths.busy_s + trained.busy_s + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
+                 prepared.busy_s() + pilot.busy_s, pilot.rates ? &*pilot.rates : nullptr);
     if (placed.device) statistics.device.start_s = opened_s + seconds_since(placing);
     loop->run(statistics);
     placed.count(statistics.device);
@@ -203,6 +215,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
                                        std::to_string(settings.size_px.y) + " pixels"};
   IntegratorSettings integrator_settings = settings.integrator;
   integrator_settings.light_paths = learned.light_paths;
+  integrator_settings.direct_samples = learned.direct_samples;
   const std::unique_ptr<Integrator> integrator =
       make_integrator(integrator_settings, world, camera, make_sampler(settings), settings.filter, settings.aovs,
                       learned.guide.get(), {.names = settings.names.get()});
@@ -223,7 +236,7 @@ Result<LearnedPaths> train_again(const World& world, const Camera& camera, const
   RenderSettings untimed = settings; // else the machine's speed would choose the guide
   untimed.time_limit_s.reset();
   PreparedPaths prepared = prepare_paths(world, camera, untimed, nullptr, {}, nullptr);
-  return LearnedPaths{std::move(prepared.trained.guide), untimed.integrator.light_paths};
+  return learned_of(prepared, untimed);
 }
 
 Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, const RenderSettings& settings,

@@ -8,6 +8,7 @@
 #include "renderer/device/make_device.h"
 #include "renderer/device/tile_statistics.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/direct_sample_pilot.h"
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
@@ -66,6 +67,9 @@ struct RenderSettings {
   // A pilot chooses integrator.light_paths if that is 0 (choose_light_paths()). There are none with
   // anything that light paths do not work with.
   bool chooses_light_paths = false;
+  // A pilot chooses integrator.direct_samples if there are no light paths
+  // (prepare_paths()).
+  bool chooses_direct_samples = false;
   // Paths that train the guide; 0: no guide. Unset: by the planned samples, and with a time limit
   // no more than a tenth of it allows at the measured speed (RenderWork::training_paths).
   std::optional<uint64_t> training_paths;
@@ -118,6 +122,7 @@ struct RenderStatistics {
   RayCounters rays;
   GuidingStatistics guiding;
   LightPathChoice light_paths;
+  DirectSampleChoice direct_samples;
   DeviceUse device;
 };
 
@@ -128,10 +133,11 @@ struct RenderOutcome {
   RenderWork work;             // of all runs
 };
 
-// The guide and the light paths of all samples of a render.
+// The guide, light paths and light samples of all samples of a render.
 struct LearnedPaths {
   std::shared_ptr<const Guide> guide; // null: none
   float light_paths = 0.0f;           // IntegratorSettings::light_paths
+  int direct_samples = 1;             // likewise
 };
 
 // Saving, previews, and the state to resume from.

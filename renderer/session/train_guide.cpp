@@ -29,13 +29,14 @@ std::optional<double> max_training_s(const RenderSettings& settings) {
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
                          const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done) {
-  const GuideTrainingSettings training{.integrator = settings.integrator,
-                                       .filter = settings.filter,
-                                       .seed = settings.seed,
-                                       .max_paths = training_paths(settings),
-                                       .max_training_s = max_training_s(settings),
-                                       .only_if_worthwhile = settings.guiding == Guiding::automatic,
-                                       .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
+  GuideTrainingSettings training{.integrator = settings.integrator,
+                                 .filter = settings.filter,
+                                 .seed = settings.seed,
+                                 .max_paths = training_paths(settings),
+                                 .max_training_s = max_training_s(settings),
+                                 .only_if_worthwhile = settings.guiding == Guiding::automatic,
+                                 .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
+  training.integrator.direct_samples = 1; // a record of light is of one sample
   return train_guide(world, camera, training, stopped, on_done);
 }
 

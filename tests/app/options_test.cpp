@@ -132,6 +132,20 @@ TEST(Options, StoreAllValues) {
   EXPECT_TRUE(options.verbose);
 }
 
+TEST(Options, DirectSamplesAreChosenOrGiven) {
+  EXPECT_TRUE(render_options({}).chooses_direct_samples);
+  EXPECT_TRUE(render_options({"--direct-samples", "3", "--direct-samples", "auto"}).chooses_direct_samples);
+  EXPECT_EQ(render_options({"--direct-samples", "3", "--direct-samples", "auto"}).integrator.direct_samples, 1);
+  for (const char* samples : {"1", "8"}) {
+    const RenderOptions options = render_options({"--direct-samples", samples});
+    EXPECT_FALSE(options.chooses_direct_samples) << samples;
+    EXPECT_EQ(options.integrator.direct_samples, std::stoi(samples));
+  }
+  for (const char* samples : {"0", "9", "-1", "2.5", "many", ""})
+    EXPECT_EQ(refusal({"render", "a.glb", "--direct-samples", samples}),
+              "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 8");
+}
+
 TEST(Options, LightPathsAreChosenOrGiven) {
   EXPECT_TRUE(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).chooses_light_paths);
   EXPECT_EQ(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).integrator.light_paths, 0.0f);

@@ -130,6 +130,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--max-glossy-bounces", {true, kNone, {"--max-glossy-bounces", "3"}}},
       {"--max-transmission-bounces", {true, kNone, {"--max-transmission-bounces", "3"}}},
       {"--roulette-start", {true, kNone, {"--roulette-start", "5"}}},
+      {"--direct-samples", {true, kNone, {"--direct-samples", "2"}}},
       {"--clamp-direct", {true, kNone, {"--clamp-direct", "5"}}},
       {"--clamp-indirect", {true, kNone, {"--clamp-indirect", "5"}}},
       {"--caustics", {true, kNone, {"--caustics", "off"}}},

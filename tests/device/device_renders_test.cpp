@@ -76,6 +76,12 @@ TEST(DeviceRenders, ClampsCausticsAndTrimming) {
   }
 }
 
+TEST(DeviceRenders, SeveralLightSamples) {
+  RenderSettings settings = all_aovs(5);
+  settings.integrator.direct_samples = 3;
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+}
+
 TEST(DeviceRenders, Guiding) {
   RenderSettings settings = small_render(kSize, 64);
   settings.guiding = Guiding::on;

@@ -1,4 +1,4 @@
-// Declares --light-radius, --sun-angle, --light-paths and --light-groups.
+// Declares --light-radius, --sun-angle, --direct-samples, --light-paths and --light-groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 
@@ -21,6 +21,17 @@ Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
   return store(std::move(fraction), o.integrator.light_paths);
 }
 
+Result<void> set_direct_samples(std::string_view text, ImageSettings& o) {
+  o.chooses_direct_samples = text == "auto";
+  o.integrator.direct_samples = 1;
+  if (o.chooses_direct_samples) return {};
+  Result<int64_t> samples = parse_integer(text, 1, kMaxDirectSamples);
+  if (!samples.ok())
+    return Error{ErrorKind::usage,
+                 fmt::format("'{}' is neither auto nor a whole number from 1 to {}", text, kMaxDirectSamples)};
+  return store(std::move(samples), o.integrator.direct_samples);
+}
+
 } // namespace
 
 void add_light_flags(FlagSet& flags, LightOptions& o) {
@@ -30,6 +41,14 @@ void add_light_flags(FlagSet& flags, LightOptions& o) {
   flags.value("--sun-angle", "DEG",
               "Angular diameter of directional lights that have none in the file, degrees; the sun's is 0.53 [0]",
               [&o](auto text) { return store(parse_number(text, 0.0, 180.0), o.sun_angle_deg); });
+}
+
+void add_direct_samples_flag(FlagSet& flags, ImageSettings& o) {
+  flags.value("--direct-samples", "auto|N",
+              fmt::format("Samples of lights at the first surface of a path, with a shadow ray each; auto: as many as "
+                          "pay off, by a short pilot [{}]",
+                          o.chooses_direct_samples ? "auto" : "1"),
+              [&o](auto text) { return set_direct_samples(text, o); });
 }
 
 void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {

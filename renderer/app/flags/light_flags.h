@@ -9,6 +9,7 @@ namespace kindling::app {
 class FlagSet;
 
 void add_light_flags(FlagSet& flags, LightOptions& options);
+void add_direct_samples_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);
 

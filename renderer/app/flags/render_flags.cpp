@@ -183,6 +183,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
                 return choose(caustics_from_name(text), s.caustics, "treatment of caustics", text,
                               {"full", "regularized", "off"});
               });
+  add_direct_samples_flag(flags, o);
   add_light_paths_flag(flags, o);
   flags.value("--guiding", "MODE",
               fmt::format("Path guiding, trained before the image: on, off, or auto, where it pays [{}]",

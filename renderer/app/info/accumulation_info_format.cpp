@@ -113,6 +113,8 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
                   summary.work.runs == 1 ? "" : "es", format_count(static_cast<double>(summary.work.rays.total()))));
   if (const std::optional<float>& chosen = summary.work.light_paths)
     add("light paths", *chosen > 0.0f ? fmt::format("for {:g} of the samples, chosen", *chosen) : "none, chosen");
+  if (const std::optional<int>& chosen = summary.work.direct_samples)
+    add("light samples", fmt::format("{} at the first surface, chosen", *chosen));
   if (summary.work.rays.non_finite > 0)
     add("dropped", fmt::format("{} samples that were not finite", summary.work.rays.non_finite));
   add("memory", fmt::format("{}, in this file {}", format_bytes(summary.sum_bytes), format_bytes(info.file_bytes)));
@@ -174,6 +176,7 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
                   {"non_finite_samples", summary.work.rays.non_finite}};
   const std::optional<float>& chosen = summary.work.light_paths;
   json["light_paths"] = chosen ? Json(*chosen) : Json();
+  json["direct_samples"] = summary.work.direct_samples ? Json(*summary.work.direct_samples) : Json();
   json["memory_bytes"] = summary.sum_bytes;
   const Json settings = Json::parse(identity.image, nullptr, false);
   json["settings"] = settings.is_object() ? settings : Json();

@@ -30,6 +30,7 @@ uint32_t finished_samples(const Coverage& coverage) {
 
 std::string training_flag(uint64_t training_paths) { return fmt::format(" --training-paths {}", training_paths); }
 std::string light_paths_flag(float fraction) { return fmt::format(" --light-paths {}", fraction); }
+std::string direct_samples_flag(int samples) { return fmt::format(" --direct-samples {}", samples); }
 
 ImageMetadata metadata_of(const Accumulation& accumulation) {
   const RenderState& state = accumulation.state;
@@ -38,6 +39,8 @@ ImageMetadata metadata_of(const Accumulation& accumulation) {
   for (const std::string& argument : accumulation.identity.arguments) command_line += ' ' + shell_quote(argument);
   if (state.work.training_paths) command_line += training_flag(*state.work.training_paths);
   if (state.work.training_paths && state.work.light_paths) command_line += light_paths_flag(*state.work.light_paths);
+  if (state.work.training_paths && state.work.direct_samples)
+    command_line += direct_samples_flag(*state.work.direct_samples);
   if (!accumulation.identity.arguments.empty()) metadata.text["kindling:commandLine"] = command_line;
   metadata.integers["kindling:samplesPerPixel"] = static_cast<int>(finished_samples(state.coverage));
   metadata.integers["kindling:processes"] = static_cast<int>(state.work.runs);

@@ -20,5 +20,6 @@ namespace kindling::app {
 [[nodiscard]] std::string training_flag(uint64_t training_paths);
 // The same for light paths, which a time limit chooses, too.
 [[nodiscard]] std::string light_paths_flag(float fraction);
+[[nodiscard]] std::string direct_samples_flag(int samples);
 
 } // namespace kindling::app

@@ -66,6 +66,9 @@ std::string format_summary(const RenderReport& r) {
                         l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
                                           : std::string("no light paths"),
                         l.predicted);
+  if (const DirectSampleChoice& d = s.direct_samples; d.paths > 0)
+    text += fmt::format("  direct  {} of pilot: {} light sample{} at the first surface ({:.2f} predicted)\n",
+                        format_seconds(d.pilot_s), d.samples, d.samples == 1 ? "" : "s", d.predicted);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),

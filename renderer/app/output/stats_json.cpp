@@ -31,6 +31,10 @@ nlohmann::ordered_json light_paths_json(const LightPathChoice& l) {
           {"pilot_rays", l.rays.total()}};
 }
 
+nlohmann::ordered_json direct_samples_json(const DirectSampleChoice& d) {
+  return {{"samples", d.samples}, {"predicted", d.predicted}, {"pilot_paths", d.paths}, {"pilot_rays", d.rays.total()}};
+}
+
 } // namespace
 
 std::string format_stats_json(const RenderReport& r, bool one_line) {
@@ -75,7 +79,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                     {"geometry", r.world.times.geometry.wall_s},
                     {"lights", r.world.times.lights.wall_s},
                     {"accelerator", r.world.times.accelerator.wall_s},
-                    {"pilot", s.light_paths.pilot_s},
+                    {"pilot", s.light_paths.pilot_s + s.direct_samples.pilot_s},
                     {"training", s.guiding.training_s},
                     {"render", r.times.render_s},
                     {"denoise", r.times.denoise_s},
@@ -90,6 +94,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                      {"predicted_lights", g.predicted_lights}, {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
   json["light_paths"] = light_paths_json(s.light_paths);
+  json["direct_samples"] = direct_samples_json(s.direct_samples);
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;

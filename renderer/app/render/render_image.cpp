@@ -253,6 +253,8 @@ class ImageRender {
       report_.command_line += training_flag(*outcome.work.training_paths);
     if (outcome.work.light_paths && settings_.time_limit_s)
       report_.command_line += light_paths_flag(*outcome.work.light_paths);
+    if (outcome.work.direct_samples && settings_.time_limit_s)
+      report_.command_line += direct_samples_flag(*outcome.work.direct_samples);
     if (checkpoint_) report_.checkpoint = checkpoint_->report();
     report_.statistics = outcome.statistics;
     report_.times.render_s = outcome.statistics.render_s;

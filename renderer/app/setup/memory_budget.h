@@ -27,6 +27,7 @@ struct MemoryRequest {
   AovSet aovs;
   size_t light_groups = 0; // maximum
   bool trims_outliers = false;
+  uint32_t direct_samples = 1;
   bool light_paths = false;
   int threads = 1;
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory

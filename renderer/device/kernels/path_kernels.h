@@ -8,6 +8,7 @@
 #include "accel/kdtree/compact/queries.h"
 #include "renderer/device/kernels/path_wave.h"
 #include "renderer/device/kernels/wave_kernels.h"
+#include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/shade_path.h"
 
@@ -39,6 +40,8 @@ inline void intersect_opaque(const PathWave& wave, uint32_t number) {
 // Takes the results of the stages of a path.
 struct WaveSink {
   const PathWave& wave;
+  uint32_t light_samples = 1; // at this surface: the most shadow rays that it adds
+  uint32_t first_shadow = 0, shadow_count = 0;
 
   void extend(const PathInFlight& path, const accel::Ray& ray) {
     wave.path_rays[path.slot] = ray;
@@ -46,9 +49,14 @@ struct WaveSink {
     wave.next.append(path.slot);
   }
   void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
-    const uint32_t place = wave.shadows.take_place();
+    if (shadow_count == 0) {
+      first_shadow = wave.shadows.take_places(light_samples);
+      for (uint32_t i = 1; i < light_samples; ++i) wave.shadow_records[first_shadow + i].count = 0;
+    }
+    const uint32_t place = first_shadow + shadow_count;
     wave.shadow_rays[place] = ray;
-    wave.shadow_records[place] = record;
+    wave.shadow_records[place].record = record;
+    wave.shadow_records[first_shadow].count = ++shadow_count;
   }
   // Guides are trained, samples replayed and light groups and passes rendered on the CPU.
   static constexpr bool kSplits = false;
@@ -56,12 +64,30 @@ struct WaveSink {
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
   void reflect(const PathStages::Vertex& /*vertex*/, const GuidedBsdf::Sample& /*scattered*/,
                const PathInFlight& /*path*/) {}
-  void offer_light(const PathStages::Vertex& /*vertex*/, const Rgb& /*contribution*/) {}
+  void offer_light(const PathStages::Vertex& /*vertex*/, const LightSample& /*light*/, const Rgb& /*contribution*/) {}
   void surface_event(const accel::Ray& /*ray*/, const accel::Hit& /*hit*/, const SurfacePoint& /*surface*/,
                      const PathState& /*state*/) {}
   void escaped_event(const accel::Ray& /*ray*/, const PathState& /*state*/) {}
   void scatter_event(const accel::Ray& /*ray*/, float /*distance*/, const V3f& /*position*/,
                      const PathState& /*state*/) {}
+};
+
+// The light samples of a path at a surface, one after the other: an array of them would be in local
+// memory.
+struct LightsInTurn {
+  const PathWave& wave;
+  const PathInFlight& path;
+  const LightQuery& query;
+  uint32_t count; // 0: none are sampled
+
+  [[nodiscard]] uint32_t size() const { return count; }
+  [[nodiscard]] std::optional<LightSample> operator[](uint32_t number) const {
+    const LightSetView& lights = wave.scene->world.lights;
+    if (count == 1) return lights.sample(query);
+    const BounceAddress address = PathStages::draws_address(path);
+    return lights.sample(PathStages::light_query(
+        query, draw_bounce(light_sample_address(address.address, number, count), address.dimension)));
+  }
 };
 
 // Shades the hit of an active path, or what it sees beyond the scene.
@@ -90,22 +116,23 @@ inline void shade(const PathWave& wave, uint32_t launched) {
     return;
   }
   SurfaceDraws sampled;
-  std::optional<LightSample> light;
+  LightQuery query;
+  LightsInTurn lights{wave, path, query, 0};
   if (PathStages::reflects(surface, path.state)) {
     const BounceAddress address = PathStages::draws_address(path);
     sampled.draws = draw_bounce(address.address, address.dimension);
-    const LightQuery query = stages.light_query(surface, ray.time, sampled);
-    if (stages.samples_light(surface)) light = world.lights.sample(query);
+    query = stages.light_query(surface, ray.time, sampled);
+    if (stages.samples_light(surface)) lights.count = sink.light_samples = stages.light_sample_count(path.state);
   }
   if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
-  stages.shade_hit(ray, hit, surface, sampled, light, path, sink);
+  stages.shade_hit(ray, hit, surface, sampled, lights, path, sink);
 }
 
-// Traces a shadow ray, and adds its light to the path if nothing is in between.
-inline void trace_shadow(const PathWave& wave, uint32_t number) {
+// Adds the light of a shadow ray to its path if nothing is in between.
+inline void trace_one_shadow(const PathWave& wave, uint32_t number) {
   const DeviceScene& scene = *wave.scene;
   accel::Ray ray = wave.shadow_rays[number];
-  ShadowRecord record = wave.shadow_records[number];
+  ShadowRecord record = wave.shadow_records[number].record;
   uint32_t& rays = wave.rays[record.slot].shadows;
   ++rays;
   if (scene.world.probe_is_blocked(ray)) return;
@@ -125,12 +152,22 @@ inline void trace_shadow(const PathWave& wave, uint32_t number) {
   PathStages::add_light(record, wave.states[record.slot]);
 }
 
+// Traces the shadow rays of a path, if the first one has this number.
+inline void trace_shadow(const PathWave& wave, uint32_t number) {
+  const uint32_t count = wave.shadow_records[number].count;
+  for (uint32_t i = 0; i < count; ++i) trace_one_shadow(wave, number + i);
+}
+
 // The same where WorldView::filters_hits is false, so there are no thin walls either.
 inline void trace_shadow_opaque(const PathWave& wave, uint32_t number) {
-  const ShadowRecord& record = wave.shadow_records[number];
-  ++wave.rays[record.slot].shadows;
-  if (accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number], accel::kd::compact::AcceptAll{})) return;
-  PathStages::add_light(record, wave.states[record.slot]);
+  const uint32_t count = wave.shadow_records[number].count;
+  for (uint32_t i = 0; i < count; ++i) {
+    const ShadowRecord& record = wave.shadow_records[number + i].record;
+    ++wave.rays[record.slot].shadows;
+    if (accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number + i], accel::kd::compact::AcceptAll{}))
+      continue;
+    PathStages::add_light(record, wave.states[record.slot]);
+  }
 }
 
 // Adds the samples of a pixel to its sums.

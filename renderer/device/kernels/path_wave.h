@@ -16,9 +16,18 @@ struct WaveQueue {
   uint32_t* count = nullptr;
   uint32_t* paths = nullptr;
 
-  // Returns the place of a new entry.
-  [[nodiscard]] uint32_t take_place() const { return __atomic_fetch_add(count, 1U, __ATOMIC_RELAXED); }
-  void append(uint32_t path) const { paths[take_place()] = path; }
+  // Returns the first place of new entries.
+  [[nodiscard]] uint32_t take_places(uint32_t entries) const {
+    return __atomic_fetch_add(count, entries, __ATOMIC_RELAXED);
+  }
+  void append(uint32_t path) const { paths[take_places(1)] = path; }
+};
+
+// A shadow ray's light. One thread traces all shadow rays of a path in this bounce, so that their
+// sum has one order.
+struct WaveShadow {
+  ShadowRecord record;
+  uint32_t count = 0; // of the path's rays from this one on; 0: none, or they belong to one before
 };
 
 // The argument of the kernels of path_kernels.h. A path keeps its number, its slot, until the end
@@ -31,10 +40,10 @@ struct PathWave : Wave {
   accel::Hit* hits = nullptr;
   // Paths that continue, and those of the next bounce.
   WaveQueue active, next;
-  // Shadow rays of this bounce; at most one for each path.
+  // Shadow rays of this bounce: consecutive places for each path, as many as it has light samples.
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
-  ShadowRecord* shadow_records = nullptr;
+  WaveShadow* shadow_records = nullptr;
 };
 
 } // namespace kindling

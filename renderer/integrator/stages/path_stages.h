@@ -47,8 +47,8 @@ struct ShadowRecord {
 //   WorldView::surface_at  the surface
 //   draws_address()        what its random numbers are drawn for
 //   light_query()          what a light is sampled for
-//   LightSetView::sample   a light
-//   shade_hit()            emission, the contribution of the light sample, and the next ray
+//   LightSetView::sample   a light, or several
+//   shade_hit()            emission, the contributions of light samples, and the next ray
 //   shade_escaped()        instead of these: light from beyond the scene
 //   pass_thin_wall()       a thin wall on the way of a shadow ray that nothing else blocks
 //   add_light()            the contribution of an unblocked shadow ray
@@ -78,7 +78,6 @@ struct PathStages {
     GuidedBsdf bsdf;
     float time; // of the path's rays
     const SurfaceDraws& sampled;
-    const std::optional<LightSample>& light;
     const LayersHere* layers; // null: the surface has no layers
   };
 
@@ -99,12 +98,23 @@ struct PathStages {
            layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
            layers.anisotropy > 0.0f;
   }
+  // Returns the number of light samples of a path at the surface that it has reached.
+  [[nodiscard]] uint32_t light_sample_count(const PathState& state) const {
+    return state.bounce == 0 ? static_cast<uint32_t>(settings.direct_samples) : 1;
+  }
   // Returns what the random numbers of a surface that reflects are drawn for: SurfaceDraws::draws.
   [[nodiscard]] static BounceAddress draws_address(const PathInFlight& path) {
     return {path.sample.address, path.state.dimension(kDirectionDimension)};
   }
   // Returns the query for a light, once these are drawn. Completes `sampled`.
   [[nodiscard]] LightQuery light_query(const SurfacePoint& surface, float time, SurfaceDraws& sampled) const;
+  // Returns the query for one of several light samples, given the numbers that are drawn for its
+  // light_sample_address().
+  [[nodiscard]] static LightQuery light_query(LightQuery first, const BounceDraws& draws) {
+    first.u = draws.light;
+    first.digits = draws.spare;
+    return first;
+  }
 
   // Adds the light of the shapes that the ray crosses on its way to its hit, or to infinity. Shapes
   // block nothing. Camera rays do not see them, straight continuations through transparency
@@ -113,11 +123,11 @@ struct PathStages {
   // Returns that segment of the ray.
   [[nodiscard]] ShapeRay shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
-  // `light` is the sample for light_query(), empty if none was taken; it is read, like `sampled`,
-  // only if the surface reflects.
-  template <typename Sink>
+  // `lights` has the samples for light_query(), light_sample_count() or none: size(), and [number],
+  // a std::optional<LightSample>. It is read, like `sampled`, only if the surface reflects.
+  template <typename Lights, typename Sink>
   void shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface, const SurfaceDraws& sampled,
-                 const std::optional<LightSample>& light, const PathInFlight& path, Sink& sink) const;
+                 const Lights& lights, const PathInFlight& path, Sink& sink) const;
   template <typename Sink>
   void shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at, const PathInFlight& path,
                      Sink& sink) const;
@@ -136,10 +146,13 @@ struct PathStages {
   [[nodiscard]] Rgb radiance_of(PathState& state) const;
 
   // Steps of shade_hit().
+  template <typename Lights, typename Sink>
+  void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
+               Sink& sink) const;
+  // Adds the shadow ray of light sample `number` of `count`.
   template <typename Sink>
-  void scatter(const accel::Ray& ray, Vertex&& vertex, const PathInFlight& path, Sink& sink) const;
-  template <typename Sink>
-  void light_vertex(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
+  void light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
+                    const PathInFlight& path, Sink& sink) const;
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;

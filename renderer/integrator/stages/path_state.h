@@ -20,7 +20,9 @@ enum LightClass : uint32_t { kEmission = 0, kDirect = 1, kIndirect = 2 };
 
 struct PathState {
   Rgb throughput{1.0f};
-  float bsdf_pdf = 0.0f; // density of the ray's direction; 0 for camera rays and delta directions
+  // Density of the ray's direction, over the number of light samples that compete with it; 0 for
+  // camera rays and delta directions.
+  float bsdf_pdf = 0.0f;
   std::array<Rgb, 3> light{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)}; // by LightClass
   // Arguments of light sampling at the last reflection, from which its density for the ray follows.
   V3f previous_position{0.0f};

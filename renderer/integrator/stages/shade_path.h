@@ -15,10 +15,10 @@
 
 namespace kindling {
 
-template <typename Sink>
+template <typename Lights, typename Sink>
 inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
-                                  const SurfaceDraws& sampled, const std::optional<LightSample>& light,
-                                  const PathInFlight& path, Sink& sink) const {
+                                  const SurfaceDraws& sampled, const Lights& lights, const PathInFlight& path,
+                                  Sink& sink) const {
   PathState& state = path.state;
   if (state.in_medium && !travel_medium(ray, hit.t, path, sink)) return;
   sink.arrive(path, &surface);
@@ -46,27 +46,32 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
     const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
     scatter(ray,
             Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
-                   sampled, light, &layers},
-            path, sink);
+                   sampled, &layers},
+            lights, path, sink);
   } else {
     const Frame frame = Frame::around(surface.shading_normal);
-    scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), ray.time, sampled, light,
-                   nullptr},
-            path, sink);
+    scatter(
+        ray,
+        Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), ray.time, sampled, nullptr},
+        lights, path, sink);
   }
 }
 
 // Inlined at both calls, so that surfaces without layers get code of their own.
-template <typename Sink>
-[[gnu::always_inline]] inline void PathStages::scatter(const accel::Ray& ray, Vertex&& vertex, const PathInFlight& path,
-                                                       Sink& sink) const {
+template <typename Lights, typename Sink>
+[[gnu::always_inline]] inline void PathStages::scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights,
+                                                       const PathInFlight& path, Sink& sink) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
   const bool reflects = !state.emission_only;
   if (patches) vertex.bsdf.guide_to(*patches, surface.position);
   if (sink.records()) vertex.bsdf.find_allowed();
-  if (reflects) light_vertex(vertex, path, sink);
+  if (reflects) {
+    const auto count = static_cast<uint32_t>(lights.size());
+    for (uint32_t number = 0; number < count; ++number)
+      if (const std::optional<LightSample>& light = lights[number])
+        light_vertex(vertex, *light, number, count, path, sink);
+  }
   // A partly transparent surface emits and reflects in proportion to its coverage; then the path
   // either scatters from it or passes through.
   if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, path)) {
@@ -79,32 +84,33 @@ template <typename Sink>
   if (reflects) sample_bounce(vertex, path, sink);
 }
 
-// Next-event estimation. The contribution is added to the path once its shadow ray is traced.
+// Next-event estimation. A contribution is added to the path once its shadow ray is traced.
 template <typename Sink>
-inline void PathStages::light_vertex(const Vertex& vertex, const PathInFlight& path, Sink& sink) const {
+inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
+                                     const PathInFlight& path, Sink& sink) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
-  const std::optional<LightSample>& light = vertex.light;
-  if (!light) return;
-  assert(light->pdf > 0.0f);
-  const float side = light->wi.dot(surface.geometric_normal);
+  assert(light.pdf > 0.0f);
+  const float side = light.wi.dot(surface.geometric_normal);
   if (vertex.layers) {
     // Shading and geometric normal may disagree on whether the direction is reflected or
     // transmitted: it carries no light.
-    if ((side > 0.0f) != (light->wi.dot(vertex.frame.normal) > 0.0f)) return;
+    if ((side > 0.0f) != (light.wi.dot(vertex.frame.normal) > 0.0f)) return;
   } else if (side <= 0.0f) {
     return;
   }
-  const BsdfEval eval = vertex.bsdf.eval(light->wi);
+  const BsdfEval eval = vertex.bsdf.eval(light.wi);
   if (is_black(eval.value)) return;
-  const float weight = light->delta ? 1.0f : power_heuristic(light->pdf, eval.pdf);
-  Rgb contribution = state.throughput * eval.value * light->radiance * (surface.alpha * weight / light->pdf);
-  if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light->distance, path);
-  if (joins_light_paths()) contribution *= light_path_weight(vertex, *light, side, state);
-  accel::Ray ray = make_shadow_ray(surface, *light, ray_key(path.sample, state.dimension(kLightDimension)),
+  const float pdf = light.pdf * static_cast<float>(count); // of all samples together
+  const float weight = light.delta ? 1.0f : power_heuristic(pdf, eval.pdf);
+  Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / pdf);
+  if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light.distance, path);
+  if (joins_light_paths()) contribution *= light_path_weight(vertex, light, side, state);
+  const uint32_t key = ray_key(path.sample, state.dimension(kLightDimension));
+  accel::Ray ray = make_shadow_ray(surface, light, number == 0 ? key : hash_combine(key, number),
                                    path.sample.address.index, vertex.time);
   ray.flags = kPassThinWalls;
-  sink.offer_light(vertex, contribution);
+  sink.offer_light(vertex, light, contribution);
   sink.add_shadow(ray, {contribution, path.slot, state.light_class(state.bounce + 1U)});
 }
 
@@ -136,10 +142,11 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   }
 
   if constexpr (Sink::kSplits) sink.scatter_first(vertex, *scattered, path);
+  const auto lights = static_cast<float>(light_sample_count(state));
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
-  state.bsdf_pdf = scattered->pdf;
+  state.bsdf_pdf = scattered->pdf / lights;
   state.previous_position = surface.position;
   state.previous_normal = surface.light_normal();
   state.light_probabilities = vertex.sampled.light_probabilities;

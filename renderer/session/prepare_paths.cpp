@@ -1,0 +1,56 @@
+// Trains the guide of a render, and lets pilots choose what its settings leave open.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/prepare_paths.h"
+
+#include "renderer/session/choose_light_paths.h"
+#include "renderer/session/train_guide.h"
+
+#include <utility>
+
+namespace kindling {
+namespace {
+
+// Chooses light samples for the whole image, as a guide is trained for it: crop, samples, threads
+// and device do not change them.
+DirectSampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
+                                          const Guide* guide, const std::function<bool()>& stopped) {
+  DirectSampleChoice choice{.samples = settings.integrator.direct_samples};
+  if (!std::exchange(settings.chooses_direct_samples, false)) return choice;
+  if (settings.integrator.kind == IntegratorKind::path && settings.integrator.light_paths == 0.0f &&
+      !world.lights.empty())
+    choice = choose_direct_samples(world, camera,
+                                   {.integrator = settings.integrator,
+                                    .filter = settings.filter,
+                                    .guide = guide,
+                                    .seed = settings.seed,
+                                    .paths = pilot_paths(settings) / 2},
+                                   stopped);
+  settings.integrator.direct_samples = choice.samples;
+  return choice;
+}
+
+} // namespace
+
+PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
+                            const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
+                            ProgressListener* listener) {
+  PreparedPaths prepared;
+  prepared.light_paths.fraction = settings.integrator.light_paths;
+  prepared.trained = train_guide(world, camera, settings, stopped, on_done);
+  if (leaves_light_paths_open(settings)) {
+    prepared.light_paths = choose_light_paths(world, camera, settings, prepared.trained.guide.get(), stopped, listener);
+    settings.chooses_light_paths = false;
+    settings.integrator.light_paths = prepared.light_paths.fraction;
+    if (prepared.light_paths.fraction > 0.0f) {
+      const TrainedGuide before =
+          std::exchange(prepared.trained, train_guide(world, camera, settings, stopped, on_done));
+      prepared.trained.statistics.training_s += before.statistics.training_s;
+      prepared.trained.statistics.rays.add(before.statistics.rays);
+      prepared.trained.busy_s += before.busy_s;
+    }
+  }
+  prepared.direct_samples = prepare_direct_samples(world, camera, settings, prepared.trained.guide.get(), stopped);
+  return prepared;
+}
+
+} // namespace kindling

@@ -1,0 +1,28 @@
+// What a render learns before its first sample: its guide, its light paths, its light samples.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/session/render_session.h"
+
+#include <cstdint>
+#include <functional>
+
+namespace kindling {
+
+// The guide, the light paths and the light samples of a render, with how they were found.
+struct PreparedPaths {
+  TrainedGuide trained;
+  LightPathChoice light_paths;
+  DirectSampleChoice direct_samples;
+
+  [[nodiscard]] double busy_s() const { return trained.busy_s + light_paths.busy_s + direct_samples.busy_s; }
+};
+
+// Trains the guide of a render. If its light paths are left open, chooses them and, if there are
+// some, trains a guide beside them; if its light samples are, chooses them. Stores both in the
+// settings. `stopped`, `on_done` as in train_guide(), `listener` may be null.
+[[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
+                                          const std::function<bool()>& stopped,
+                                          const std::function<void(uint64_t)>& on_done, ProgressListener* listener);
+
+} // namespace kindling
