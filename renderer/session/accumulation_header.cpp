@@ -264,10 +264,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   if (work.contains("training_paths")) read_whole(work, "training_paths", header.summary.work.training_paths.emplace());
   if (work.contains("light_paths"))
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
-  if (work.contains("direct_samples")) {
-    const auto samples = static_cast<int>(whole(member(work, "direct_samples"), "direct_samples", kMaxDirectSamples));
-    header.summary.work.direct_samples = std::max(samples, 1);
-  }
+  if (work.contains("direct_samples")) read_whole(work, "direct_samples", header.summary.work.direct_samples.emplace());
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -353,10 +350,8 @@ std::string header_to_json(const AccumulationHeader& header) {
   json["planned_samples"] = identity.planned_samples;
   json["part"] = {identity.part.first, identity.part.end};
   json["metadata"] = text_to_json(identity.metadata);
-  json["work"] = {{"render_s", work.render_s},
-                  {"thread_s", work.thread_s},
-                  {"runs", work.runs},
-                  {"rays", counters_to_json(work.rays)}};
+  json["work"] = {{"render_s", work.render_s}, {"thread_s", work.thread_s}, {"runs", work.runs}};
+  json["work"]["rays"] = counters_to_json(work.rays);
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
   if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/pass_progress.h"
 
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/train_guide.h"
 
 #include <algorithm>
 

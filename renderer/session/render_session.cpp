@@ -5,12 +5,12 @@
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/session/check_settings.h"
-#include "renderer/session/choose_light_paths.h"
 #include "renderer/session/find_sample_rates.h"
 #include "renderer/session/place_integrator.h"
-#include "renderer/session/prepare_paths.h"
+#include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/prepare_paths.h"
+#include "renderer/session/prepare/train_guide.h"
 #include "renderer/session/render_loop.h"
-#include "renderer/session/train_guide.h"
 #include "renderer/world/light_groups.h"
 
 #include <tbb/global_control.h>
@@ -100,6 +100,7 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
   if (settings.chooses_direct_samples && has_samples(state)) {
     settings.integrator.direct_samples = state.work.direct_samples.value_or(1);
     settings.chooses_direct_samples = false;
+    if (Result<void> checked = check_settings(settings, camera); !checked) return checked;
   }
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
   if (state.film.light_groups() != light_groups)
@@ -107,6 +108,16 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
   const std::optional<uint64_t>& before = state.work.training_paths;
   if (!settings.training_paths) settings.training_paths = before ? *before : training_paths(settings);
   return {};
+}
+
+// Notes what was learned, and what pilots have chosen for the settings, for this and later runs.
+void note_prepared(const PreparedPaths& prepared, const RenderSettings& before_pilots, RenderStatistics& statistics,
+                   RenderWork& work) {
+  statistics.guiding = prepared.trained.statistics;
+  statistics.light_paths = prepared.light_paths;
+  statistics.direct_samples = prepared.direct_samples;
+  if (leaves_light_paths_open(before_pilots)) work.light_paths = prepared.light_paths.fraction;
+  if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.samples;
 }
 
 // Takes the guide; the settings are those that were prepared.
@@ -153,7 +164,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
       .after_open_passes = [&] { return world.abandoned() || (cancel && cancel->cancelled()); }};
   PassProgress progress(listener, settings, state ? state->work.render_s : 0.0,
                         state ? min_samples(settings, state->coverage) : 0);
-  const bool chooses = leaves_light_paths_open(settings), chooses_direct_samples = settings.chooses_direct_samples;
+  const RenderSettings before_pilots = settings;
   PreparedPaths prepared;
   LearnedPaths learned;
   if (!state || !all_done(settings, state->coverage)) {
@@ -168,14 +179,10 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   const TrainedGuide& trained = prepared.trained;
   if (!state)
     state = empty_state(settings, std::move(groups.value().names));
-  else if (chooses)
+  else if (leaves_light_paths_open(before_pilots))
     state->film = empty_state(settings, std::move(groups.value().names)).film; // it has no samples
   RenderStatistics statistics;
-  statistics.guiding = trained.statistics;
-  statistics.light_paths = prepared.light_paths;
-  statistics.direct_samples = prepared.direct_samples;
-  if (chooses) state->work.light_paths = prepared.light_paths.fraction;
-  if (chooses_direct_samples) state->work.direct_samples = prepared.direct_samples.samples;
+  note_prepared(prepared, before_pilots, statistics, state->work);
   if (max_training_s(settings) && training_paths(settings) > 0)
     state->work.training_paths = trained.statistics.max_paths;
   PlacedIntegrator placed;

@@ -8,8 +8,8 @@
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/light/per_light_sampling.h"
+#include "renderer/session/prepare/train_guide.h"
 #include "renderer/session/render_session.h"
-#include "renderer/session/train_guide.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 

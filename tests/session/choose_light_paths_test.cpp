@@ -1,6 +1,6 @@
 // A pilot chooses light paths where they pay off; all runs, parts and threads choose the same.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/choose_light_paths.h"
+#include "renderer/session/prepare/choose_light_paths.h"
 #include "tests/integrator/place_light.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"

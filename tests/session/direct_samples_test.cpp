@@ -1,8 +1,7 @@
-// A pilot chooses light samples where direct light makes the noise; all runs, parts, devices and
-// threads choose the same.
+// Light samples at the first surface: a pilot chooses them, the same for all runs and devices.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/check_settings.h"
-#include "renderer/session/prepare_paths.h"
+#include "renderer/session/prepare/prepare_paths.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 

@@ -1,7 +1,7 @@
 // Light paths give the same bits however the samples are divided, and refuse what they cannot do.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/check_settings.h"
-#include "renderer/session/choose_light_paths.h"
+#include "renderer/session/prepare/choose_light_paths.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 #include "tests/session/test_accumulation.h"

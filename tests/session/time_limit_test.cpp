@@ -1,6 +1,6 @@
 // Renders with a time limit: pixels of whole samples, guides that can be trained again.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/train_guide.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <cstring>

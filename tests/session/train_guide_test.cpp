@@ -1,6 +1,6 @@
 // Trained guides: independent of the division of work, unbiased, dropped if useless.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/train_guide.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <cstring>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/unbiased/render_images.h"
 
-#include "renderer/integrator/light_path_pilot.h"
+#include "renderer/integrator/pilots/light_path_pilot.h"
 #include "renderer/session/find_sample_rates.h"
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/train_guide.h"
 
 #include <gtest/gtest.h>
 

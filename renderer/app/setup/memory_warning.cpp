@@ -5,7 +5,7 @@
 #include "renderer/app/setup/available_memory.h"
 #include "renderer/app/terminal/process_info.h"
 #include "renderer/integrator/casters.h"
-#include "renderer/integrator/direct_sample_pilot.h"
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/world/light_groups.h"
 
 #include <tbb/task_arena.h>
@@ -52,8 +52,8 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.aovs = options.recorded_aovs();
   request.light_groups = max_light_groups(options.integrator.light_groups, scene.scene, image.posed);
   request.trims_outliers = options.outliers == Outliers::trim;
-  request.direct_samples =
-      static_cast<uint32_t>(options.chooses_direct_samples ? kMostDirectSamples : options.integrator.direct_samples);
+  request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
+                                                                                : options.integrator.direct_samples);
   request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene.scene));
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();

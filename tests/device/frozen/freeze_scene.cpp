@@ -7,8 +7,8 @@
 #include "renderer/facade/render_stage.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/light/per_light_sampling.h"
+#include "renderer/session/prepare/train_guide.h"
 #include "renderer/session/render_session.h"
-#include "renderer/session/train_guide.h"
 #include "tests/device/frozen/frozen_scene.h"
 
 #include <cstdio>

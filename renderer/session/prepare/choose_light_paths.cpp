@@ -1,6 +1,6 @@
 // Sizes pilots, and asks what light paths work with.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/choose_light_paths.h"
+#include "renderer/session/prepare/choose_light_paths.h"
 
 #include "renderer/session/check_settings.h"
 

@@ -16,7 +16,7 @@
 
 namespace kindling {
 
-// What the tasks of a pilot took.
+// The work of a pilot's tasks.
 struct PilotWork {
   bool complete = false; // else it was stopped, or the world abandoned
   RayCounters rays;

@@ -1,6 +1,6 @@
 // Places the blocks of pilots.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/pilot_grid.h"
+#include "renderer/integrator/pilots/pilot_grid.h"
 
 #include "renderer/base/hash.h"
 

@@ -1,11 +1,11 @@
 // Measures noise by cells of the image, what light paths find there, and both their costs.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/light_path_pilot.h"
+#include "renderer/integrator/pilots/light_path_pilot.h"
 
 #include "renderer/integrator/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/pilot_grid.h"
-#include "renderer/integrator/pilot_tasks.h"
+#include "renderer/integrator/pilots/pilot_grid.h"
+#include "renderer/integrator/pilots/pilot_tasks.h"
 
 #include <tbb/task_arena.h>
 

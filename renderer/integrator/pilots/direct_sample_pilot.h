@@ -1,5 +1,4 @@
-// A pilot that predicts what more light samples at the first surface gain, and chooses their
-// number.
+// A pilot that chooses the number of light samples at a path's first surface.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,9 +33,10 @@ struct DirectSampleChoice {
 };
 
 // Renders blocks all over the image twice with one light sample at the first surface and twice with
-// kMostDirectSamples. Both have the same paths, so their difference in noise is that of the light
-// samples, and their difference in rays is the cost. The noise with n samples is then a + b / n, at
-// a cost of c + d n; the best n is chosen if it divides their product by kMinDirectSampleGain.
+// kMaxChosenDirectSamples. Both have the same paths, so their difference in noise is that of the
+// light samples, and their difference in rays is the cost. The noise with n samples is then a + b /
+// n, at a cost of c + d n; the best n is chosen if it divides their product by
+// kMinDirectSampleGain.
 //
 // A function of world, camera and settings: threads do not change it. Runs on the threads of the
 // current TBB arena. `stopped` is polled between blocks and may be empty; once it returns true, the
@@ -45,7 +45,7 @@ struct DirectSampleChoice {
                                                        const DirectSamplePilotSettings& settings,
                                                        const std::function<bool()>& stopped);
 
-inline constexpr int kMostDirectSamples = 4;
+inline constexpr int kMaxChosenDirectSamples = 4;
 inline constexpr double kMinDirectSampleGain = 1.1;
 
 } // namespace kindling

@@ -1,9 +1,9 @@
 // Trains the guide of a render, and lets pilots choose what its settings leave open.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/prepare_paths.h"
+#include "renderer/session/prepare/prepare_paths.h"
 
-#include "renderer/session/choose_light_paths.h"
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/train_guide.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-// What a render learns before its first sample: its guide, its light paths, its light samples.
+// Finds the guide, the light paths and the light samples of a render before its first sample.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,10 +1,10 @@
 // Measures the noise of light samples at the first surface, and what more of them cost.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/direct_sample_pilot.h"
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
 
 #include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/pilot_grid.h"
-#include "renderer/integrator/pilot_tasks.h"
+#include "renderer/integrator/pilots/pilot_grid.h"
+#include "renderer/integrator/pilots/pilot_tasks.h"
 
 #include <tbb/task_arena.h>
 
@@ -21,7 +21,7 @@ namespace {
 // do. So the pilot renders some more samples than noise alone would need.
 constexpr uint32_t kSamples = 8;
 constexpr size_t kRuns = 2; // independent renders of a block
-constexpr std::array<int, 2> kCounts{1, kMostDirectSamples};
+constexpr std::array<int, 2> kCounts{1, kMaxChosenDirectSamples};
 constexpr int kSide = 4; // of a block, in pixels: many small blocks see more of the image
 constexpr uint64_t kPathsPerBlock = kCounts.size() * kRuns * kSamples * kSide * kSide;
 constexpr double kTrimmed = 0.005;   // share of the pixels that do not count: fireflies
@@ -79,7 +79,7 @@ void choose(const Measured& measured, DirectSampleChoice& choice) {
   const double direct = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kLast), 0.0, all);
   const double one_more = std::max(measured.shadow_rays[1] - measured.shadow_rays[0], 0.0) / (kLast - 1.0);
   const double cost = measured.other_cost + measured.shadow_rays[0];
-  for (int samples = 2; samples <= kMostDirectSamples; ++samples) {
+  for (int samples = 2; samples <= kMaxChosenDirectSamples; ++samples) {
     const double product =
         (all - direct + direct / samples) / all * (cost + one_more * static_cast<double>(samples - 1)) / cost;
     if (product * kMinDirectSampleGain > 1.0 || product >= choice.predicted) continue;

@@ -1,6 +1,6 @@
 // Turns a render's settings into those of its guide's training.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/session/train_guide.h"
+#include "renderer/session/prepare/train_guide.h"
 
 #include "renderer/session/tile_scheduler.h"
 

@@ -19,7 +19,7 @@ namespace kindling {
 // from its size and the planned samples or the time limit: crop, region, samples, threads and tiles
 // do not change the choice. It is 0 with anything that light paths do not work with, such as a
 // device, which `listener` is informed of if it is not null. `stopped` as in
-// renderer/integrator/light_path_pilot.h.
+// renderer/integrator/pilots/light_path_pilot.h.
 [[nodiscard]] LightPathChoice choose_light_paths(const World& world, const Camera& camera,
                                                  const RenderSettings& settings, const Guide* guide,
                                                  const std::function<bool()>& stopped, ProgressListener* listener);
