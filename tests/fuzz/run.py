@@ -4,8 +4,9 @@
     run.py BUILD [--seconds N] [--kind KIND]... [--corpus FOLDER] [--jobs N] [--findings FOLDER]
 
 BUILD is a build folder with KINDLING_BUILD_FUZZ, build/fuzz for example. Inputs that reach new code stay in FOLDER/KIND, so that the
-next run begins with them. After a finding a harness starts again, for the rest of its time. Exit code 0: nothing was found; 1: the
-inputs are in the folder of findings; 2: a harness cannot run.
+next run begins with them. After a finding a harness starts again, for the rest of its time. An input that took too long runs once
+more, and is a finding only if it takes as long of a processor. Exit code 0: nothing was found; 1: the inputs are in the folder of
+findings; 2: a harness cannot run.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -78,6 +79,14 @@ def run_process(command, environment, limit_s, folder):
     return None if killed else process.returncode, log, usage.ru_utime + usage.ru_stime
 
 
+def is_slow(program, file, environment, folder):
+    """Runs one input again. Returns True if it fails, takes INPUT_SECONDS of a processor, or does not end in twenty times as long: on a
+    busy machine libFuzzer's limit, which is of real time, is also reached by inputs that had to wait for a processor."""
+    command = [str(program), str(file), f"-timeout={20 * INPUT_SECONDS}", *(flag for flag in FLAGS if not flag.startswith("-timeout"))]
+    code, _, processor_seconds = run_process(command, environment, 20 * INPUT_SECONDS, folder)
+    return code != 0 or processor_seconds >= INPUT_SECONDS
+
+
 def run_harness(program, kind, corpus, seeds, findings, seconds, folder):
     """Runs one harness for so many seconds in all. Returns its Outcome."""
     outcome = Outcome(kind)
@@ -105,6 +114,10 @@ def run_harness(program, kind, corpus, seeds, findings, seconds, folder):
         if not summary and not list(findings.glob(prefix.name + "*")):
             outcome.error = (log.strip().splitlines() or ["it ended without a word"])[-1]
             break
+        slow = list(findings.glob(f"{prefix.name}timeout-*"))
+        if slow and "libFuzzer: timeout" in summary and not is_slow(program, slow[0], environment, folder):
+            slow[0].unlink()
+            continue
         outcome.findings.append(summary or "it ended without a word")
         (findings / f"{prefix.name}log.txt").write_text(log[-100000:])
     outcome.inputs = sum(1 for _ in corpus.iterdir())

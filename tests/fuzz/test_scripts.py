@@ -39,6 +39,17 @@ echo "stat::number_of_executed_units: 7" >&2
 exit 1
 """
 
+# The same with an input that takes too long; SECOND_RUN is what it does with that input alone.
+SLOW_HARNESS = """#!/bin/sh
+for word; do case $word in -artifact_prefix=*) prefix=${word#*=};; esac; done
+if [ -f "$1" ]; then SECOND_RUN; fi
+if [ -e "$1/new" ]; then echo "stat::number_of_executed_units: 5" >&2; exit 0; fi
+touch "$1/new" "${prefix}timeout-1"
+echo "SUMMARY: libFuzzer: timeout" >&2
+echo "stat::number_of_executed_units: 7" >&2
+exit 70
+"""
+
 
 class Logs(unittest.TestCase):
     def test_counts_executions_and_edges(self):
@@ -75,6 +86,29 @@ class Runs(unittest.TestCase):
             self.assertIn("FINDING ies: SUMMARY: AddressSanitizer: SEGV", out.getvalue())
             self.assertTrue((build / "findings/ies-0-crash-1").exists())
             self.assertTrue((build / "findings/ies-0-log.txt").exists())
+
+    def run_slow(self, second_run):
+        """Runs a harness that reports a timeout at first, and ends `second_run` with that input. Returns its Outcome and files of findings."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            harness = folder / "fuzz_ies"
+            harness.write_text(SLOW_HARNESS.replace("SECOND_RUN", second_run))
+            harness.chmod(0o755)
+            (folder / "findings").mkdir()
+            outcome = run.run_harness(harness, "ies", folder / "corpus", folder / "none", folder / "findings", 5, folder)
+            return outcome, [file.name for file in sorted((folder / "findings").iterdir())]
+
+    def test_input_that_waited_for_a_processor_is_no_finding(self):
+        outcome, files = self.run_slow("exit 0")
+        self.assertEqual((outcome.findings, outcome.executions, files), ([], 12, []))
+
+    def test_input_that_is_slow_again_is_a_finding(self):
+        with mock.patch.object(run, "INPUT_SECONDS", 0.3):
+            outcome, files = self.run_slow(f"exec {sys.executable} -c 'import time\nwhile time.process_time() < 0.5: pass'")
+        self.assertEqual((len(outcome.findings), outcome.executions, files), (1, 12, ["ies-0-log.txt", "ies-0-timeout-1"]))
+
+    def test_input_that_fails_when_it_runs_again_is_a_finding(self):
+        self.assertEqual(len(self.run_slow("exit 70")[0].findings), 1)
 
     def test_harness_that_cannot_run_is_no_finding(self):
         with tempfile.TemporaryDirectory() as name:
