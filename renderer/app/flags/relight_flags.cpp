@@ -43,7 +43,8 @@ Result<void> add_factors(std::string_view text, std::vector<LightFactor>& factor
   for (const auto& [group, factor] : groups) {
     const Result<Rgb> parsed = parse_factor(group, factor);
     if (!parsed.ok()) return parsed.error();
-    std::erase_if(factors, [&](const LightFactor& earlier) { return earlier.group == group; });
+    // Clang 14 captures no structured binding, unless by another name.
+    std::erase_if(factors, [&name = group](const LightFactor& earlier) { return earlier.group == name; });
     factors.push_back({group, parsed.value()});
   }
   return {};
