@@ -215,20 +215,20 @@ struct DracoGrid {
   uint32_t texcoord = 0;
 };
 
-DracoGrid encode_draco(bool sequential) {
+DracoGrid encode_draco(bool sequential, draco::DataType texcoord_type = draco::DT_FLOAT32) {
   const std::vector<float> positions = grid_positions();
   const std::vector<uint16_t> indices = grid_indices();
   const auto vertices = static_cast<uint32_t>(positions.size() / 3);
   draco::Mesh mesh;
   mesh.set_num_points(vertices);
-  const auto add = [&](draco::GeometryAttribute::Type type, int8_t components) {
+  const auto add = [&](draco::GeometryAttribute::Type type, int8_t components, draco::DataType data) {
     draco::GeometryAttribute attribute;
-    attribute.Init(type, nullptr, static_cast<uint8_t>(components), draco::DT_FLOAT32, false,
-                   static_cast<int64_t>(sizeof(float)) * components, 0);
+    attribute.Init(type, nullptr, static_cast<uint8_t>(components), data, false,
+                   int64_t{draco::DataTypeLength(data)} * components, 0);
     return mesh.AddAttribute(attribute, true, vertices);
   };
-  const int position = add(draco::GeometryAttribute::POSITION, 3);
-  const int texcoord = add(draco::GeometryAttribute::TEX_COORD, 2);
+  const int position = add(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int texcoord = add(draco::GeometryAttribute::TEX_COORD, 2, texcoord_type);
   for (uint32_t i = 0; i < vertices; ++i) {
     mesh.attribute(position)->SetAttributeValue(draco::AttributeValueIndex(i), &positions[i * 3]);
     mesh.attribute(texcoord)->SetAttributeValue(draco::AttributeValueIndex(i), &positions[i * 3]); // x and y
@@ -297,6 +297,13 @@ TEST(Draco, RefusesBrokenData) {
   EXPECT_TRUE(has(error([](GltfBuilder&, json& e) { e["bufferView"] = 9; }), "UNRESOLVED_REFERENCE"));
   EXPECT_TRUE(has(error([&](GltfBuilder&, json& e) { e["attributes"]["POSITION"] = grid.texcoord; }),
                   "2 components in the Draco data, 3 in accessor 0"));
+}
+
+// Draco reads any stored byte as a bool: undefined behavior unless it is 0 or 1.
+TEST(Draco, RefusesBooleans) {
+  const std::string error = load(draco_grid(encode_draco(true, draco::DT_BOOL))).error;
+  EXPECT_NE(error.find("TEXCOORD_0: Draco values of type bool, expected a component type of glTF"), std::string::npos)
+      << error;
 }
 
 TEST(Draco, RefusesHugeCountsBeforeDecoding) {

@@ -205,6 +205,9 @@ DracoPrimitive decode_draco(const Document& document, const json& draco, const t
     }
     const draco::PointAttribute* attribute = mesh->GetAttributeByUniqueId(id.get<uint32_t>());
     if (attribute == nullptr) fail(place, fmt::format("id {} is not in the Draco data", id.get<uint32_t>()));
+    // Draco reads any stored byte as a bool.
+    if (attribute->data_type() == draco::DT_BOOL)
+      fail(place, "Draco values of type bool, expected a component type of glTF");
     const tinygltf::Accessor& core = document.core.accessors[static_cast<size_t>(accessor->second)];
     DracoAttribute decoded;
     decoded.semantic = semantic;
