@@ -24,6 +24,6 @@ for harness in "$build"/tests/fuzz/fuzz_*; do
   kind=${name#fuzz_}
   [ ! -d "$WORK/seeds/$kind" ] || zip -q -j "$OUT/${name}_seed_corpus.zip" "$WORK/seeds/$kind"/*
   [ ! -f "tests/fuzz/dictionaries/$kind.dict" ] || cp "tests/fuzz/dictionaries/$kind.dict" "$OUT/$name.dict"
-  printf '[libfuzzer]\nrss_limit_mb = 3072\nmalloc_limit_mb = 1100\nmax_len = 65536\ntimeout = 30\n' >"$OUT/$name.options"
+  printf '[libfuzzer]\nrss_limit_mb = 3072\nmalloc_limit_mb = 1100\nmax_len = 65536\ntimeout = 30\nentropic_feature_frequency_threshold = 8\n' >"$OUT/$name.options"
 done
 for library in "$OUT"/lib/*; do patchelf --set-rpath '$ORIGIN' "$library"; done
