@@ -156,11 +156,10 @@ Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference>
   tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
     const Chunk& chunk = chunks[c];
     Reference spare;
-    Reference *left = out.left.data() + chunk.first.left, *right = out.right.data() + chunk.first.right;
-    Reference *const left_end = left + (chunk.counts.left - chunk.left_parts.size()), *const right_end =
-                                                                                          right +
-                                                                                          (chunk.counts.right -
-                                                                                           chunk.right_parts.size());
+    Reference* left = out.left.data() + chunk.first.left;
+    Reference* right = out.right.data() + chunk.first.right;
+    Reference* const left_end = left + (chunk.counts.left - chunk.left_parts.size());
+    Reference* const right_end = right + (chunk.counts.right - chunk.right_parts.size());
     with_sides(split, [&](const auto side_of) {
       for (const Reference& reference : chunk_of(c)) {
         const auto lanes = load_vector<Int8>(&reference);

@@ -19,7 +19,7 @@ struct KnownScene {
 };
 
 void expect_by_every_strategy(const KnownScene& known) {
-  constexpr uint32_t kSeeds = 32;
+  constexpr uint32_t kSeeds = 36;
   constexpr double kRounding = 2e-5; // relative error of floats, as in closed_form_test.cpp
   const Family family{1e-5, 2 * strategy_count(false)};
   const double threshold = family.whole_threshold();

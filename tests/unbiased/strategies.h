@@ -40,13 +40,14 @@ inline constexpr std::array kStrategies{
              accel::Kind::embree, true, 32},
     Strategy{"kd-tree", [](RenderSettings&) {}, accel::Kind::kdtree, true, 16},
     Strategy{"guiding", [](RenderSettings&) {}, accel::Kind::embree, false, 48, true},
-    Strategy{"light samples at the first surface", [](RenderSettings& s) { s.integrator.direct_samples = 4; },
-             accel::Kind::kdtree, false, 48, true},
-    Strategy{"the same, jittered",
+    Strategy{"direct samples", [](RenderSettings& s) { s.integrator.direct_samples = 4; }, accel::Kind::kdtree, false,
+             48, true},
+    Strategy{"direct, jittered",
              [](RenderSettings& s) {
                s.sampler = SamplerKind::jittered;
                s.integrator.direct_samples = 2;
-             }},
+             },
+             accel::Kind::embree, false, 72},
     Strategy{"light paths", [](RenderSettings& s) { s.integrator.light_paths = 1.0f; }, accel::Kind::kdtree, false, 48,
              false, true},
     Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
