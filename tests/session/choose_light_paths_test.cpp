@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/prepare/choose_light_paths.h"
 #include "tests/integrator/place_light.h"
-#include "tests/session/mixed_scene.h"
-#include "tests/session/same_bits.h"
+#include "tests/session/pilot_renders.h"
 
 #include <string>
 #include <vector>
@@ -11,22 +10,10 @@
 namespace kindling::test {
 namespace {
 
-constexpr V2i kPilotSize(40, 30);
-
-// Settings of a render that is long enough for a pilot, of which few samples are taken.
 RenderSettings open_settings(uint32_t samples = 5) {
-  RenderSettings settings = small_render(kPilotSize, samples);
-  settings.planned_samples = 1024;
+  RenderSettings settings = long_render(samples);
   settings.chooses_light_paths = true;
   return settings;
-}
-
-RenderOutcome render_open(const World& world, const RenderSettings& settings, RenderContinuity continuity = {},
-                          const CancelToken* cancel = nullptr) {
-  Result<RenderOutcome> outcome =
-      render(world, glass_camera(settings.size_px), settings, cancel, nullptr, std::move(continuity));
-  EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message);
-  return std::move(outcome).value();
 }
 
 std::string refusal_to_resume(const World& world, const RenderSettings& settings, RenderContinuity continuity) {
@@ -81,27 +68,9 @@ std::unique_ptr<const World> metal_world() {
 TEST(ChooseLightPaths, LessNoiseWithThem) {
   const auto world = metal_world();
   const auto noise_at = [&](float fraction) {
-    constexpr uint32_t kSeeds = 8;
-    std::vector<double> sums, squares;
-    for (uint32_t seed = 0; seed < kSeeds; ++seed) {
-      RenderSettings settings = open_settings(32);
-      settings.integrator.light_paths = fraction;
-      settings.chooses_light_paths = false;
-      settings.seed = seed;
-      const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);
-      sums.resize(image.size());
-      squares.resize(image.size());
-      for (size_t i = 0; i < image.size(); ++i) {
-        sums[i] += static_cast<double>(image[i]);
-        squares[i] += static_cast<double>(image[i]) * static_cast<double>(image[i]);
-      }
-    }
-    double relative = 0.0;
-    for (size_t i = 0; i < sums.size(); ++i) {
-      const double mean = sums[i] / kSeeds;
-      relative += (squares[i] / kSeeds - mean * mean) / (mean * mean + 0.01);
-    }
-    return relative;
+    RenderSettings settings = long_render(32);
+    settings.integrator.light_paths = fraction;
+    return relative_noise(*world, settings, 0.01);
   };
   RenderSettings settings = open_settings();
   settings.planned_samples = 4096; // a pilot that sees enough

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/prepare_paths.h"
-#include "tests/session/mixed_scene.h"
-#include "tests/session/same_bits.h"
+#include "tests/session/pilot_renders.h"
 
 #include <string>
 #include <vector>
@@ -11,71 +10,41 @@
 namespace kindling::test {
 namespace {
 
-constexpr V2i kPenumbraSize(40, 30);
-
-// Settings of a render that is long enough for a pilot, of which few samples are taken.
-RenderSettings settings_to_choose(uint32_t samples = 5) {
-  RenderSettings settings = small_render(kPenumbraSize, samples);
-  settings.planned_samples = 1024;
+RenderSettings long_render_to_choose(uint32_t samples = 5) {
+  RenderSettings settings = long_render(samples);
   settings.chooses_direct_samples = true;
   return settings;
 }
 
-RenderOutcome render_penumbras(const World& world, const RenderSettings& settings, RenderContinuity continuity = {}) {
-  Result<RenderOutcome> outcome =
-      render(world, glass_camera(settings.size_px), settings, nullptr, nullptr, std::move(continuity));
-  EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message);
-  return std::move(outcome).value();
-}
-
 // Dark things under a large lamp: almost all noise is in the penumbras.
-std::unique_ptr<const World> penumbra_world(float albedo = 0.1f) {
+std::unique_ptr<const World> penumbra_world() {
   return make_world(
-      make_scene({diffuse_material(Rgb(albedo)), emissive_material(Rgb(5.0f))},
+      make_scene({diffuse_material(Rgb(0.1f)), emissive_material(Rgb(5.0f))},
                  {quad(V3f(-8, 0, 8), V3f(16, 0, 0), V3f(0, 0, -16), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 16, 0),
                   sphere(V3f(-2, 0.8f, 1), 0.6f, 16, 0), sphere(V3f(2, 0.8f, 1), 0.6f, 16, 0),
                   quad(V3f(-3, 6, -3), V3f(6, 0, 0), V3f(0, 0, 6), 1)}),
       accel::Kind::kdtree);
 }
 
-// Returns the variance of the pixels over their squared mean, summed.
 double noise_at(const World& world, int samples) {
-  constexpr uint32_t kSeeds = 8;
-  std::vector<double> sums, squares;
-  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
-    RenderSettings settings = settings_to_choose(16);
-    settings.chooses_direct_samples = false;
-    settings.integrator.direct_samples = samples;
-    settings.seed = seed;
-    const std::vector<float> image = render_penumbras(world, settings).film.resolve(Aov::beauty);
-    sums.resize(image.size());
-    squares.resize(image.size());
-    for (size_t i = 0; i < image.size(); ++i) {
-      sums[i] += static_cast<double>(image[i]);
-      squares[i] += static_cast<double>(image[i]) * static_cast<double>(image[i]);
-    }
-  }
-  double relative = 0.0;
-  for (size_t i = 0; i < sums.size(); ++i) {
-    const double mean = sums[i] / kSeeds;
-    relative += (squares[i] / kSeeds - mean * mean) / (mean * mean + 1e-4);
-  }
-  return relative;
+  RenderSettings settings = long_render(16);
+  settings.integrator.direct_samples = samples;
+  return relative_noise(world, settings, 1e-4);
 }
 
 TEST(DirectSamples, AreChosenWhereShadowsAreNoisy) {
   const auto world = penumbra_world();
-  const RenderOutcome outcome = render_penumbras(*world, settings_to_choose());
+  const RenderOutcome outcome = render_open(*world, long_render_to_choose());
   const DirectSampleChoice& choice = outcome.statistics.direct_samples;
   EXPECT_GE(choice.samples, 3);
   EXPECT_LT(choice.predicted, 1.0 / kMinDirectSampleGain);
   EXPECT_GT(choice.paths, 0U);
   EXPECT_EQ(outcome.work.direct_samples, choice.samples);
   EXPECT_LT(noise_at(*world, choice.samples), 0.6 * noise_at(*world, 1));
-  RenderSettings fixed = settings_to_choose();
+  RenderSettings fixed = long_render_to_choose();
   fixed.chooses_direct_samples = false;
   fixed.integrator.direct_samples = choice.samples;
-  const RenderOutcome given = render_penumbras(*world, fixed);
+  const RenderOutcome given = render_open(*world, fixed);
   expect_same_bits(outcome.film, given.film, "the chosen number");
   EXPECT_EQ(given.statistics.direct_samples.paths, 0U);
   EXPECT_EQ(given.statistics.direct_samples.samples, choice.samples);
@@ -89,36 +58,36 @@ TEST(DirectSamples, AreOneWhereTheyGainNothing) {
   lamp.intensity = 20.0f;
   place_light(scene, lamp, look_at(V3f(2, 6, 2), V3f(0.0f)));
   const auto world = make_world(std::move(scene), accel::Kind::kdtree);
-  const RenderOutcome outcome = render_penumbras(*world, settings_to_choose());
+  const RenderOutcome outcome = render_open(*world, long_render_to_choose());
   EXPECT_EQ(outcome.statistics.direct_samples.samples, 1);
   EXPECT_EQ(outcome.statistics.direct_samples.predicted, 1.0);
   EXPECT_GT(outcome.statistics.direct_samples.paths, 0U);
-  RenderSettings one = settings_to_choose();
+  RenderSettings one = long_render_to_choose();
   one.chooses_direct_samples = false;
-  expect_same_bits(outcome.film, render_penumbras(*world, one).film, "one sample");
+  expect_same_bits(outcome.film, render_open(*world, one).film, "one sample");
 }
 
 TEST(DirectSamples, ShortRendersAndOtherTracersHaveNoPilot) {
   const auto world = penumbra_world();
-  RenderSettings settings = settings_to_choose();
+  RenderSettings settings = long_render_to_choose();
   settings.planned_samples = 16;
-  EXPECT_EQ(render_penumbras(*world, settings).statistics.direct_samples.paths, 0U);
-  settings = settings_to_choose();
+  EXPECT_EQ(render_open(*world, settings).statistics.direct_samples.paths, 0U);
+  settings = long_render_to_choose();
   settings.integrator.kind = IntegratorKind::whitted;
-  EXPECT_EQ(render_penumbras(*world, settings).statistics.direct_samples.paths, 0U);
-  settings = settings_to_choose();
+  EXPECT_EQ(render_open(*world, settings).statistics.direct_samples.paths, 0U);
+  settings = long_render_to_choose();
   settings.integrator.light_paths = 0.5f;
-  EXPECT_EQ(render_penumbras(*world, settings).statistics.direct_samples.paths, 0U);
+  EXPECT_EQ(render_open(*world, settings).statistics.direct_samples.paths, 0U);
 }
 
 TEST(DirectSamples, AreTheSameForThreadsPartsCropsAndDevices) {
   const auto world = penumbra_world();
-  const DirectSampleChoice expected = render_penumbras(*world, settings_to_choose()).statistics.direct_samples;
+  const DirectSampleChoice expected = render_open(*world, long_render_to_choose()).statistics.direct_samples;
   ASSERT_GT(expected.samples, 1);
   const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
-    RenderSettings settings = settings_to_choose();
+    RenderSettings settings = long_render_to_choose();
     change(settings);
-    const DirectSampleChoice choice = render_penumbras(*world, settings).statistics.direct_samples;
+    const DirectSampleChoice choice = render_open(*world, settings).statistics.direct_samples;
     EXPECT_EQ(choice.samples, expected.samples) << what;
     EXPECT_EQ(choice.predicted, expected.predicted) << what;
     EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
@@ -134,14 +103,14 @@ TEST(DirectSamples, AreTheSameForThreadsPartsCropsAndDevices) {
 
 TEST(DirectSamples, ResumedRendersKeepTheChoice) {
   const auto world = penumbra_world();
-  const Film whole = render_penumbras(*world, settings_to_choose(9)).film;
+  const Film whole = render_open(*world, long_render_to_choose(9)).film;
   std::optional<RenderState> saved;
-  (void)render_penumbras(*world, settings_to_choose(4), {.save = [&](const RenderState& state) { saved = state; }});
+  (void)render_open(*world, long_render_to_choose(4), {.save = [&](const RenderState& state) { saved = state; }});
   ASSERT_TRUE(saved);
   ASSERT_GT(saved->work.direct_samples.value_or(1), 1);
-  RenderSettings longer = settings_to_choose(9);
+  RenderSettings longer = long_render_to_choose(9);
   longer.time_limit_s = 1000.0; // another pilot would choose
-  const RenderOutcome outcome = render_penumbras(*world, longer, {.resume_from = saved});
+  const RenderOutcome outcome = render_open(*world, longer, {.resume_from = saved});
   EXPECT_EQ(outcome.statistics.direct_samples.paths, 0U);
   EXPECT_EQ(outcome.statistics.direct_samples.samples, *saved->work.direct_samples);
   expect_same_bits(outcome.film, whole, "a resumed render");
@@ -149,18 +118,18 @@ TEST(DirectSamples, ResumedRendersKeepTheChoice) {
 
 TEST(DirectSamples, AreReplayed) {
   const auto world = penumbra_world();
-  const Camera camera = glass_camera(kPenumbraSize);
-  RenderSettings settings = settings_to_choose(1);
+  const Camera camera = glass_camera(kPilotSize);
+  RenderSettings settings = long_render_to_choose(1);
   const Result<ReplayedSample> sample = replay_sample(*world, camera, settings, V2i(20, 16), 0);
   ASSERT_TRUE(sample.ok());
-  const std::vector<float> image = render_penumbras(*world, settings).film.resolve(Aov::beauty);
+  const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);
   for (int channel = 0; channel < 3; ++channel)
-    EXPECT_EQ(image[static_cast<size_t>((16 * kPenumbraSize.x + 20) * 3 + channel)], sample.value().radiance[channel]);
+    EXPECT_EQ(image[static_cast<size_t>((16 * kPilotSize.x + 20) * 3 + channel)], sample.value().radiance[channel]);
 }
 
 TEST(DirectSamples, OutOfRangeAndBesideLightPathsAreRefused) {
-  const Camera camera = glass_camera(kPenumbraSize);
-  RenderSettings settings = small_render(kPenumbraSize, 1);
+  const Camera camera = glass_camera(kPilotSize);
+  RenderSettings settings = small_render(kPilotSize, 1);
   for (const int samples : {0, -1, kMaxDirectSamples + 1}) {
     settings.integrator.direct_samples = samples;
     const Result<void> checked = check_settings(settings, camera);

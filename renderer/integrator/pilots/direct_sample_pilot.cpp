@@ -17,8 +17,8 @@
 namespace kindling {
 namespace {
 
-// Light samples are stratified over the samples of a pixel, and gain more by it than whole paths
-// do. So the pilot renders some more samples than noise alone would need.
+// Two would measure the noise, but stratification over the samples of a pixel helps light samples
+// more than whole paths, so that their share of the noise falls with the number of samples.
 constexpr uint32_t kSamples = 8;
 constexpr size_t kRuns = 2; // independent renders of a block
 constexpr std::array<int, 2> kCounts{1, kMaxChosenDirectSamples};
