@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes heavy.glb (7 million triangles) and swarm.glb (10 million instances); needs NumPy."""
+"""Writes large scenes: 7 million triangles, 10 million instances, cut-out foliage; needs NumPy."""
 import argparse
 import pathlib
 import sys
@@ -10,17 +10,19 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
 
 import with_numpy  # noqa: F401  (first: another Python may have to take over)
 
-from generator import large
+from generator import foliage, large
+
+SCENES = {**large.SCENES, **foliage.SCENES}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("names", nargs="*", choices=[[], *large.SCENES], default=[], help="only these: " + ", ".join(large.SCENES))
-    parser.add_argument("--count", type=int, help="triangles of heavy, instances of swarm [7000000, 10000000]")
+    parser.add_argument("names", nargs="*", choices=[[], *SCENES], default=[], help="only these: " + ", ".join(SCENES))
+    parser.add_argument("--count", type=int, help="triangles of heavy, instances of swarm, cards of foliage [7000000, 10000000, 111000]")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
-    for name, (build, _, usual) in large.SCENES.items():
+    for name, (build, _, usual) in SCENES.items():
         if options.names and name not in options.names:
             continue
         data = build(options.count or usual)

@@ -100,6 +100,9 @@ void for_each_array(WorldView& world, F&& f) {
   f(world.motions);
   f(world.first_emissive);
   f(world.covers);
+  f(world.opacity.first);
+  f(world.opacity.entries);
+  f(world.opacity.words);
   f(world.contacts.table);
   f(world.contacts.rows);
 }

@@ -15,6 +15,7 @@
 #include <cassert>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace kindling {
 
@@ -29,6 +30,10 @@ struct TextureView {
   [[nodiscard]] Rgb sample_rgb(const V2f& uv, int level = 0) const;
   // Returns one channel (0 to 3) of sample().
   [[nodiscard]] float sample_channel(const V2f& uv, int channel, int level = 0) const;
+
+  // Writes alpha of all texels in a row of level 0, as sample_channel() returns it where it reads
+  // one texel alone. The level must have pixels.
+  void alphas_of_row(int row, std::span<float> alphas) const;
 
   // Prefetches the memory that a look-up at uv reads.
   void prefetch(const V2f& uv, int level = 0) const;

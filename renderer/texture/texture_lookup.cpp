@@ -161,6 +161,16 @@ struct Lookup {
     return filter(uv, level, [&](const std::byte* texel) { return reader.channel(texel, stored); }) * reader.scale();
   }
 
+  void alphas_of_row(int row, std::span<float> alphas) const {
+    const Level& level = texture.levels[0];
+    const std::byte* texel =
+        level.pixels + static_cast<size_t>(row) * static_cast<size_t>(level.width) * reader.bytes();
+    for (float& alpha : alphas) {
+      alpha = reader.has_alpha() ? reader.channel(texel, reader.channel_count() - 1) * reader.scale() : 1.0f;
+      texel += reader.bytes();
+    }
+  }
+
   const TextureView& texture;
   Reader reader;
 };
@@ -191,6 +201,12 @@ Rgb TextureView::sample_rgb(const V2f& uv, int level) const {
 float TextureView::sample_channel(const V2f& uv, int channel, int level) const {
   assert(channel >= 0 && channel < 4 && level >= 0 && level < level_count);
   return with_lookup(*this, [&](const auto& lookup) { return lookup.sample_channel(uv, channel, level); });
+}
+
+void TextureView::alphas_of_row(int row, std::span<float> alphas) const {
+  assert(levels[0].pixels && row >= 0 && row < levels[0].height &&
+         alphas.size() == static_cast<size_t>(levels[0].width));
+  with_lookup(*this, [&](const auto& lookup) { lookup.alphas_of_row(row, alphas); });
 }
 
 // Prefetches the upper left of the four texels and the one below, with repeat wrapping. Their right

@@ -8,6 +8,7 @@
 #include "renderer/world/file_light_groups.h"
 #include "renderer/world/find_contacts.h"
 #include "renderer/world/image_light_environment.h"
+#include "renderer/world/opacity/build_opacity.h"
 #include "renderer/world/persistent_meshes.h"
 #include "renderer/world/prepare_geometry.h"
 #include "renderer/world/prepare_material.h"
@@ -111,24 +112,6 @@ class WorldBuilder {
 
   // --- Geometry ---
 
-  // True if rays can skip the hit filter for this geometry.
-  [[nodiscard]] bool is_opaque(const Geometry& geometry) const {
-    const ShadingMaterial& material = world_->materials[geometry.material];
-    if (material.thin_wall) return false;
-    if (material.alpha_mode == AlphaMode::opaque) return true;
-    if (geometry.color_offset != Geometry::kAbsent) {
-      for (size_t v = 0; v < geometry.positions.size(); ++v)
-        if (geometry.record(static_cast<uint32_t>(v))[geometry.color_offset + 3] < 1.0f) return false;
-    }
-    if (material.base_color.is_procedural()) {
-      if (world_->procedurals.textures[static_cast<size_t>(material.base_color.procedural())].has_alpha()) return false;
-    } else if (material.base_color.present() &&
-               world_->textures[static_cast<size_t>(material.base_color.texture)].has_alpha)
-      return false;
-    return material.alpha_mode == AlphaMode::mask ? material.base_color_factor.w >= material.alpha_cutoff
-                                                  : material.base_color_factor.w >= 1.0f;
-  }
-
   void take_geometry() {
     world_->file_light_groups_ = find_file_light_groups(scene_);
     const SceneChanges changes = posed_.animated ? SceneChanges(scene_) : SceneChanges();
@@ -142,9 +125,7 @@ class WorldBuilder {
     groups_ = std::move(prepared.groups);
     world_->bounds = prepared.bounds.isEmpty() ? Box3f(V3f(-0.5f), V3f(0.5f)) : prepared.bounds;
 
-    std::vector<uint8_t> covers(world_->geometries.size());
-    tbb::parallel_for(size_t{0}, covers.size(), [&](size_t i) { covers[i] = is_opaque(world_->geometries_[i]); });
-    world_->covers = keep(std::move(covers));
+    find_opacity();
     for (const GeometryView& geometry : world_->geometries)
       accel_meshes_.push_back(
           {geometry.positions, geometry.indices, world_->covers[accel_meshes_.size()] != 0, geometry.later_positions});
@@ -154,6 +135,13 @@ class WorldBuilder {
     world_->instance_nodes_ = std::move(prepared.instance_nodes);
     for (const WorldInstance& instance : instances_) world_->has_motion |= instance.moving;
     for (const PosedLight& light : posed_.lights) world_->has_motion |= !light.later_transforms.empty();
+  }
+
+  void find_opacity() {
+    const OpacityInput input{world_->geometries, world_->materials, world_->textures, world_->procedurals.textures};
+    world_->covers = keep(find_covering_meshes(input));
+    OpacityMicromaps maps = make_opacity_micromaps(input, world_->covers);
+    world_->opacity = {keep(std::move(maps.first)), keep(std::move(maps.entries)), keep(std::move(maps.words))};
   }
 
   // --- Lights ---
@@ -354,6 +342,7 @@ class WorldBuilder {
       motion.max_keys = std::max(motion.max_keys, keys.size());
       motion.key_bytes += keys.size_bytes();
     }
+    statistics.geometry_bytes += world_->opacity.bytes();
     statistics.light_bytes = world_->light_set_->memory_bytes();
     statistics.accelerator = world_->accelerator_->statistics();
     constexpr size_t kCacheBytes = 256 * 1024; // smaller data stays in the second-level cache

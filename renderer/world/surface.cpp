@@ -291,7 +291,7 @@ bool WorldView::is_cut_away(const accel::Ray& ray, const accel::Hit& hit) const 
                             .flags = kHitPartlyTransparent | kPassThinWalls | kCameraRay});
 }
 
-bool WorldView::accepts_by_coverage(const accel::Ray& ray, const accel::Hit& candidate) const {
+bool WorldView::reads_coverage(const accel::Ray& ray, const accel::Hit& candidate) const {
   const GeometryView& geometry = geometries[candidate.mesh];
   const ShadingMaterial& material = materials[geometry.material];
   const HitRecords records(geometry, candidate);

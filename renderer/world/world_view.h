@@ -9,6 +9,7 @@
 #include "renderer/world/contacts.h"
 #include "renderer/world/geometry.h"
 #include "renderer/world/layer_material.h"
+#include "renderer/world/opacity/opacity_micromaps.h"
 #include "renderer/world/procedural_lookup.h"
 #include "renderer/world/shading_material.h"
 #include "renderer/world/surface_point.h"
@@ -83,7 +84,12 @@ struct WorldView {
     return accepts_by_coverage(ray, candidate);
   }
   // The same without regard to the side of the face.
-  [[nodiscard]] bool accepts_by_coverage(const accel::Ray& ray, const accel::Hit& candidate) const;
+  [[nodiscard]] bool accepts_by_coverage(const accel::Ray& ray, const accel::Hit& candidate) const {
+    const Opacity known = opacity.at(candidate);
+    return known == Opacity::mixed ? reads_coverage(ray, candidate) : known == Opacity::opaque;
+  }
+  // The same by textures alone.
+  [[nodiscard]] bool reads_coverage(const accel::Ray& ray, const accel::Hit& candidate) const;
 
   // The frame interpolated from the vertices of a hit, in world space, on the front side.
   struct VertexFrame {
@@ -137,6 +143,7 @@ struct WorldView {
   std::span<const uint32_t>
       first_emissive;              // per emissive instance and mesh: index of its first triangle in the LightSet
   std::span<const uint8_t> covers; // by mesh: 1 if it is opaque where it is hit
+  OpacityMicromapsView opacity;    // of meshes that are not opaque everywhere
   ContactsView contacts;           // empty: no triangle is touched inside by another
   Box3f bounds;                    // of all geometry over the shutter; a unit box around the origin if there is none
   bool has_thin_walls = false;     // some surface may transmit light in a straight line

@@ -29,7 +29,7 @@ def _accessor(g, array, component=FLOAT, normalized=False, bounds=False, target=
     return g.add("accessors", accessor)
 
 
-def _primitive(g, material, positions, normals, indices, uvs=None):
+def array_primitive(g, material, positions, normals, indices, uvs=None):
     attributes = {"POSITION": _accessor(g, positions, bounds=True, target=ARRAY_BUFFER),
                   "NORMAL": _accessor(g, normals, target=ARRAY_BUFFER)}
     if uvs is not None:
@@ -38,19 +38,19 @@ def _primitive(g, material, positions, normals, indices, uvs=None):
             "material": material}
 
 
-def _png(rgb):
-    """rgb: uint8, (height, width, 3)."""
-    height, width, _ = rgb.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), rgb.reshape(height, -1)], axis=1)
+def png_of(pixels):
+    """pixels: uint8, (height, width, 3 or 4)."""
+    height, width, channels = pixels.shape
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], axis=1)
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2 if channels == 3 else 6, 0, 0, 0)) +
             chunk(b"IDAT", zlib.compress(rows.tobytes(), 4)) + chunk(b"IEND", b""))
 
 
-def _noise(x, y, cells, seed):
+def value_noise(x, y, cells, seed):
     """Smooth value noise in [-1, 1] at x, y in [0, 1], over cells x cells squares, periodic."""
     lattice = np.random.Generator(np.random.PCG64(seed)).uniform(-1.0, 1.0, (cells, cells)).astype(np.float32)
     column, row = np.floor(x * cells), np.floor(y * cells)
@@ -62,14 +62,14 @@ def _noise(x, y, cells, seed):
     return top * (1 - v) + (lattice[r1, c0] * (1 - u) + lattice[r1, c1] * u) * v
 
 
-def _grid_indices(columns, rows):
+def grid_indices(columns, rows):
     """Two triangles for each square of a grid of (rows + 1) x (columns + 1) vertices, front faces up for x to the right and z downwards."""
     first = (np.arange(rows, dtype=np.uint32)[:, None] * (columns + 1) + np.arange(columns, dtype=np.uint32)).reshape(-1)
     below = first + np.uint32(columns + 1)
     return np.stack([first, below, first + 1, first + 1, below, below + 1], axis=1)
 
 
-def _grid_normals(positions):
+def grid_normals(positions):
     """positions: (rows, columns, 3), neighbors adjacent."""
     along = np.gradient(positions, axis=1)
     down = np.gradient(positions, axis=0)
@@ -84,13 +84,13 @@ LAND = 400.0  # width in meters
 
 def _height(x, z):
     """Height in meters for x and z in [0, 1]: ridges over hills, and fine gravel."""
-    hills = 14.0 * _noise(x, z, 5, 1)
+    hills = 14.0 * value_noise(x, z, 5, 1)
     ridges = np.zeros_like(x)
     size = 22.0
     for octave in range(6):
-        ridges += size * (0.5 - np.abs(_noise(x, z, 7 << octave, 10 + octave)))
+        ridges += size * (0.5 - np.abs(value_noise(x, z, 7 << octave, 10 + octave)))
         size *= 0.48
-    return hills + ridges + 0.10 * _noise(x, z, 512, 30)
+    return hills + ridges + 0.10 * value_noise(x, z, 512, 30)
 
 
 def _land_picture(size):
@@ -99,8 +99,8 @@ def _land_picture(size):
     height = _height(x, z)
     slope_x, slope_z = np.gradient(height, LAND / size)[::-1]
     steep = np.clip((np.hypot(slope_x, slope_z) - 0.55) / 0.5, 0, 1)[..., None]
-    snow = np.clip((height + 3.0 * _noise(x, z, 96, 41) - 14.0) / 6.0, 0, 1)[..., None] * (1 - 0.8 * steep)
-    grain = (1.0 + 0.18 * _noise(x, z, 300, 40) + 0.12 * _noise(x, z, 900, 42))[..., None]
+    snow = np.clip((height + 3.0 * value_noise(x, z, 96, 41) - 14.0) / 6.0, 0, 1)[..., None] * (1 - 0.8 * steep)
+    grain = (1.0 + 0.18 * value_noise(x, z, 300, 40) + 0.12 * value_noise(x, z, 900, 42))[..., None]
     grass, rock, white = np.array([0.33, 0.38, 0.17]), np.array([0.42, 0.37, 0.33]), np.array([0.93, 0.94, 0.97])
     color = (grass * (1 - steep) + rock * steep) * grain
     color = color * (1 - snow) + white * snow
@@ -118,10 +118,10 @@ def _boulder(columns, rows, seed):
     for octave in range(5):  # three projections, to avoid seams and poles
         for axis in range(3):
             u, v = direction[..., axis] * 0.5 + 0.5, direction[..., (axis + 1) % 3] * 0.5 + 0.5
-            radius += size / 3 * _noise(u, v, 4 << octave, seed * 100 + octave * 3 + axis)
+            radius += size / 3 * value_noise(u, v, 4 << octave, seed * 100 + octave * 3 + axis)
         size *= 0.5
     positions = direction * radius[..., None] * np.array([1.0, 0.75, 0.9], np.float32)
-    return positions.reshape(-1, 3), _grid_normals(positions).reshape(-1, 3), _grid_indices(columns, rows)
+    return positions.reshape(-1, 3), grid_normals(positions).reshape(-1, 3), grid_indices(columns, rows)
 
 
 def heavy(triangles=7_000_000):
@@ -138,9 +138,9 @@ def heavy(triangles=7_000_000):
     axis = np.linspace(0, 1, side + 1, dtype=np.float32)
     x, z = np.meshgrid(axis, axis)
     land = np.stack([(x - 0.5) * LAND, _height(x, z), (z - 0.5) * LAND], axis=2)
-    texture = g.add_texture("land", _png(_land_picture(2048 if triangles > 1_000_000 else 256)))
+    texture = g.add_texture("land", png_of(_land_picture(2048 if triangles > 1_000_000 else 256)))
     earth = g.add_material("land", texture, 0.0, 0.9)
-    parts = [("land", _primitive(g, earth, land.reshape(-1, 3), _grid_normals(land).reshape(-1, 3), _grid_indices(side, side),
+    parts = [("land", array_primitive(g, earth, land.reshape(-1, 3), grid_normals(land).reshape(-1, 3), grid_indices(side, side),
                                  np.stack([x, z], axis=2).reshape(-1, 2)), None)]
     stones = [g.add_material("granite", (0.42, 0.40, 0.39), 0.0, 0.75), g.add_material("sandstone", (0.62, 0.43, 0.26), 0.0, 0.95),
               g.add_material("slate", (0.10, 0.12, 0.14), 0.0, 0.45), g.add_material("iron ore", (0.55, 0.30, 0.22), 0.9, 0.45)]
@@ -150,7 +150,7 @@ def heavy(triangles=7_000_000):
         size = 2.0 + 7.0 * random.random() ** 2
         height = float(_height(place[:1], place[1:])[0])
         at = [float((place[0] - 0.5) * LAND), height + 0.3 * size, float((place[1] - 0.5) * LAND)]
-        parts.append(("boulder %d" % number, _primitive(g, stones[number % 4], *_boulder(boulder_columns, boulder_rows, number + 1)),
+        parts.append(("boulder %d" % number, array_primitive(g, stones[number % 4], *_boulder(boulder_columns, boulder_rows, number + 1)),
                       {"translation": at, "scale": [size] * 3}))
     roots = []
     for name, primitive, place in parts:
@@ -215,7 +215,7 @@ def swarm(instances=10_000_000):
     for shape, material in enumerate(materials):
         count = instances // 4 + (1 if shape < instances % 4 else 0)
         name = "rocks %d" % shape
-        mesh = g.add("meshes", {"name": name, "primitives": [_primitive(g, material, *_rock(60 + shape))]})
+        mesh = g.add("meshes", {"name": name, "primitives": [array_primitive(g, material, *_rock(60 + shape))]})
         if count == 0:
             continue
         radius, angle, height = _ring(count, 70 + shape)
@@ -231,7 +231,7 @@ def swarm(instances=10_000_000):
         roots.append(g.add_node(name, mesh=mesh, extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}}))
     planet = g.add_material("planet", (0.46, 0.33, 0.22), 0.0, 1.0)
     sphere = _boulder_sphere(100.0)
-    roots.append(g.add_node("planet", mesh=g.add("meshes", {"name": "planet", "primitives": [_primitive(g, planet, *sphere)]})))
+    roots.append(g.add_node("planet", mesh=g.add("meshes", {"name": "planet", "primitives": [array_primitive(g, planet, *sphere)]})))
     roots.append(g.add_camera_node("camera", (0.0, 9.0, 236.0), (-62.0, -2.0, 120.0), math.radians(45)))
     roots.append(_sun(g, (0.85, -0.30, -0.05), 5.0))
     return g.finish(roots, "swarm").to_glb()
@@ -242,7 +242,7 @@ def _boulder_sphere(radius):
     polar = np.linspace(0, math.pi, 65, dtype=np.float32)
     a, p = np.meshgrid(angle, polar)
     direction = np.stack([np.sin(p) * np.cos(a), np.cos(p), -np.sin(p) * np.sin(a)], axis=2).reshape(-1, 3)
-    return direction * radius, direction, _grid_indices(128, 64)
+    return direction * radius, direction, grid_indices(128, 64)
 
 
 def _sun(g, towards, lux):

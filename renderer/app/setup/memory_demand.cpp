@@ -7,6 +7,8 @@
 #include "renderer/scene/describe.h"
 #include "renderer/scene/material_slots.h"
 #include "renderer/world/emitter_budget.h"
+#include "renderer/world/opacity/alpha_classes.h"
+#include "renderer/world/opacity/build_opacity.h"
 #include "renderer/world/prepare_geometry.h"
 
 #include <algorithm>
@@ -21,7 +23,7 @@ namespace {
 
 // Counts over all primitives of a mesh.
 struct MeshDemand {
-  uint64_t triangles = 0, vertices = 0, bytes = 0, emissive_triangles = 0;
+  uint64_t triangles = 0, vertices = 0, bytes = 0, emissive_triangles = 0, cutout_triangles = 0;
 };
 
 uint64_t bytes_of(const Primitive& primitive) {
@@ -44,6 +46,11 @@ bool is_emissive(const Scene& scene, const Primitive& primitive) {
   return material.alpha_mode == AlphaMode::opaque && !is_black(material.emissive_factor * material.emissive_strength);
 }
 
+// True if a texture may cut parts of the surfaces out.
+bool has_cutouts(const Material& material) {
+  return material.alpha_mode != AlphaMode::opaque && material.base_color_texture.texture != kNone;
+}
+
 MeshDemand demand_of(const Scene& scene, const Mesh& mesh) {
   MeshDemand demand;
   for (const Primitive& primitive : mesh.primitives) {
@@ -51,6 +58,8 @@ MeshDemand demand_of(const Scene& scene, const Mesh& mesh) {
     demand.vertices += primitive.positions.size();
     demand.bytes += bytes_of(primitive);
     if (is_emissive(scene, primitive)) demand.emissive_triangles += primitive.triangle_count();
+    if (primitive.material != kNone && has_cutouts(scene.materials[static_cast<size_t>(primitive.material)]))
+      demand.cutout_triangles += primitive.triangle_count();
   }
   return demand;
 }
@@ -81,6 +90,19 @@ void count_textures(const Scene& scene, MemoryDemand& demand) {
       use(*slot, cutout ? kCutout : color ? kColor : normal ? kNormal : kData);
     }
   }
+}
+
+// Returns the memory of opacity micromaps, while they are built.
+uint64_t micromap_bytes(const Scene& scene, uint64_t triangles) {
+  if (triangles == 0) return 0;
+  uint64_t materials = 0, class_bytes = 0;
+  for (const Material& material : scene.materials) {
+    if (!has_cutouts(material)) continue;
+    ++materials;
+    const Image* image = scene.textures[static_cast<size_t>(material.base_color_texture.texture)].image.get();
+    if (image != nullptr) class_bytes += AlphaClasses::bytes(image->width, image->height);
+  }
+  return OpacityMicromaps::max_bytes({triangles, materials, class_bytes});
 }
 
 // Counts what a device keeps in memory (device/tile_plan.h): level 0 of images that rays and light
@@ -131,11 +153,13 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
     for (const Primitive& primitive : mesh.primitives)
       demand.largest_primitive_bytes = std::max(demand.largest_primitive_bytes, bytes_of(primitive));
   }
+  uint64_t cutout_triangles = 0;
   const auto add = [&](const MeshDemand& mesh, uint64_t keys) { // for each instance after the first
     demand.triangles += mesh.triangles * (1 + keys);
     demand.vertices += mesh.vertices;
     demand.lone_vertices += accel::lone_vertices(mesh.vertices, mesh.triangles);
     demand.geometry_bytes += mesh.bytes * (1 + keys);
+    cutout_triangles += mesh.cutout_triangles;
   };
   const BakeChoice choice = choose_baked(scene.meshes, posed);
   std::vector<uint64_t> instances(scene.meshes.size(), 0), merged(scene.meshes.size(), 0);
@@ -168,6 +192,7 @@ MemoryDemand memory_demand(const Scene& scene, const PosedScene& posed) {
   for (size_t m = 0; m < meshes.size(); ++m) instanced_emitters += instances[m] * meshes[m].emissive_triangles;
   demand.emissive_triangles += std::min(instanced_emitters, kMaxSampledEmitters);
 
+  demand.geometry_bytes += micromap_bytes(scene, cutout_triangles);
   count_textures(scene, demand);
   count_unpaged_textures(scene, demand);
   if (posed.image_light != kNone) {
