@@ -67,12 +67,14 @@ class RayToObject {
     return finite;
   }
 
-  [[nodiscard]] Ray operator()(const Ray& ray) const {
+  [[nodiscard]] Ray operator()(const Ray& ray) const { return (*this)(ray, ray.t_max); }
+  // The same with another end.
+  [[nodiscard]] Ray operator()(const Ray& ray, float t_max) const {
     Ray out = ray;
     Float4 origin = ray.origin.x * row(0) + ray.origin.y * row(1) + ray.origin.z * row(2) + row(3);
     Float4 direction = ray.direction.x * row(0) + ray.direction.y * row(1) + ray.direction.z * row(2);
     origin[3] = ray.t_min;
-    direction[3] = ray.t_max;
+    direction[3] = t_max;
     std::memcpy(reinterpret_cast<char*>(&out), &origin, sizeof(Float4));
     std::memcpy(reinterpret_cast<char*>(&out) + offsetof(Ray, direction), &direction, sizeof(Float4));
     return out;

@@ -31,4 +31,11 @@ struct CandidateFilter {
   }
 };
 
+// Takes the best hit in a tree, which is not beyond `hit` if that is one: at equal distance the
+// smallest ids come first.
+inline void merge_hit(const CandidateFilter& filter, const TreeHit& found, Hit& hit) {
+  const Hit other = filter.resolve(found);
+  if (!hit.is_hit() || other.t != hit.t || comes_before(other, hit)) hit = other;
+}
+
 } // namespace kindling::accel::kd

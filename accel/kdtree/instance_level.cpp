@@ -61,17 +61,37 @@ std::vector<Part> split_up(const Part& whole, uint32_t whole_below, const Split&
   return parts;
 }
 
+// Returns the order of parts by the centers of their boxes for rays with these signs of direction.
+uint32_t order_of(const std::vector<Part>& parts, uint32_t signs) {
+  std::array<float, 8> along{}; // the diagonal of these signs
+  std::array<uint32_t, 8> lanes{};
+  std::iota(lanes.begin(), lanes.end(), 0U);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const float center = parts[i].bounds.min[k] + parts[i].bounds.max[k];
+      along[i] += ((signs >> k) & 1U) != 0 ? -center : center;
+    }
+    if (std::isnan(along[i])) along[i] = 0.0f; // boxes may be infinite
+  }
+  std::stable_sort(lanes.begin(), lanes.begin() + static_cast<ptrdiff_t>(parts.size()),
+                   [&](uint32_t a, uint32_t b) { return along[a] < along[b]; });
+  uint32_t order = 0;
+  for (uint32_t position = 0; position < 8; ++position) order |= lanes[position] << (4 * position);
+  return order;
+}
+
 // Makes a node of these parts with its children not yet set.
 InstanceLevel::Node make_node(const std::vector<Part>& parts) {
   InstanceLevel::Node node;
   for (size_t lane = 0; lane < 8; ++lane) {
     const bool used = lane < parts.size();
     for (int k = 0; k < 3; ++k) {
-      node.low[k][lane] = used ? parts[lane].bounds.min[k] : std::numeric_limits<float>::infinity();
-      node.high[k][lane] = used ? parts[lane].bounds.max[k] : -std::numeric_limits<float>::infinity();
+      node.low[k][lane] = used ? parts[lane].bounds.min[k] : std::numeric_limits<float>::quiet_NaN();
+      node.high[k][lane] = used ? parts[lane].bounds.max[k] : std::numeric_limits<float>::quiet_NaN();
     }
     node.child[lane] = InstanceLevel::kNone;
   }
+  for (uint32_t signs = 0; signs < 8; ++signs) node.order[signs] = order_of(parts, signs);
   return node;
 }
 
@@ -365,6 +385,12 @@ InstanceLevel::InstanceLevel(std::vector<Imath::Box3f> boxes, const std::atomic<
   assert(std::none_of(boxes.begin(), boxes.end(), [](const Imath::Box3f& box) { return box.isEmpty(); }));
   if (boxes.empty()) return;
   nodes_ = InstanceTop(std::move(boxes), cancel).finish();
+  std::vector<uint8_t> depths(nodes_.size(), 1); // nodes come after their parents
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    depth_ = std::max(depth_, uint32_t{depths[i]});
+    for (const uint32_t child : nodes_[i].child)
+      if ((child & kBoxBit) == 0 && child != kNone) depths[child] = static_cast<uint8_t>(depths[i] + 1);
+  }
 }
 
 } // namespace kindling::accel::kd

@@ -31,6 +31,8 @@ class InstanceLevel {
 
   [[nodiscard]] bool empty() const { return nodes_.size() == 0; }
   [[nodiscard]] size_t node_count() const { return nodes_.size(); }
+  // Returns the largest number of nodes on a path from the root.
+  [[nodiscard]] uint32_t depth() const { return depth_; }
   [[nodiscard]] size_t memory_bytes() const { return nodes_.size() * sizeof(Node); }
 
   // For the traversal (kernels/instances.h).
@@ -49,6 +51,7 @@ class InstanceLevel {
 
  private:
   AlignedArray<Node> nodes_;
+  uint32_t depth_ = 0;
   float growth_ = 1.0f;
 };
 

@@ -13,6 +13,9 @@
 
 namespace kindling::accel::kd {
 
+// Up to eight parts with their boxes; the boxes of lanes without one are NaN, and no ray enters
+// them. Rays meet the parts roughly in an order that depends on the signs of the direction, stored
+// as in BoxNode.
 struct alignas(64) InstanceNode {
   static constexpr uint32_t kBoxBit = 0x80000000U;
   static constexpr uint32_t kNone = 0x7fffffffU;
@@ -20,6 +23,7 @@ struct alignas(64) InstanceNode {
 
   float low[3][8], high[3][8];
   std::array<uint32_t, 8> child; // node index, kBoxBit and a box index, or kNone
+  std::array<uint32_t, 8> order;
 };
 static_assert(sizeof(InstanceNode) == 256);
 

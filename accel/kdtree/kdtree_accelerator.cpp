@@ -5,6 +5,7 @@
 #include "accel/affine.h"
 #include "accel/kdtree/all_hits_queries.h"
 #include "accel/kdtree/build.h"
+#include "accel/kdtree/instance_bounds.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"
 #include "accel/kdtree/persistent_trees.h"
@@ -236,6 +237,7 @@ class KdTreeAccelerator final : public Accelerator {
     structure_.transformed.resize(transformed.size());
     std::vector<Imath::Box3f> boxes(transformed.size());
     std::vector<float> growths(transformed.size());
+    const std::vector<std::vector<Imath::Box3f>> parts = parts_of_groups(transformed.size());
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, transformed.size(), kGrain), [&](const tbb::blocked_range<size_t>& range) {
           for (size_t i = range.begin(); i < range.end(); ++i) {
@@ -244,14 +246,15 @@ class KdTreeAccelerator final : public Accelerator {
             placed.tree = &structure_.group_trees[instance.group];
             placed.instance = transformed[i];
             (void)placed.to_object.set_inverse_of(instance.object_to_world); // invertible: see find_traceable()
-            boxes[i] = transform_bounds(instance.object_to_world, placed.tree->bounds);
+            boxes[i] = kd::transform_bounds({&instance.object_to_world, 1}, parts[instance.group]);
             growths[i] = rounding_growth(instance.object_to_world, placed.to_object);
           }
         });
-    for (const Imath::Box3f& box : boxes) bounds_.extendBy(box);
     float largest = 1.0f;
     for (size_t i = 0; i < boxes.size(); ++i) {
-      boxes[i] = widened(boxes[i], growths[i], translation_of(input.instances[transformed[i]].object_to_world));
+      const Instance& instance = input.instances[transformed[i]];
+      bounds_.extendBy(transform_bounds(instance.object_to_world, structure_.transformed[i].tree->bounds));
+      boxes[i] = widened(boxes[i], growths[i], translation_of(instance.object_to_world));
       largest = std::max(largest, growths[i]);
     }
     transformed = decltype(transformed)();
@@ -259,25 +262,21 @@ class KdTreeAccelerator final : public Accelerator {
     structure_.instance_level = kd::InstanceLevel(std::move(boxes), cancel, largest);
   }
 
-  static Imath::V3f translation_of(const Imath::M44f& m) { return {m[3][0], m[3][1], m[3][2]}; }
-
-  // Returns rounding_growth() over the shutter: twice that at the keys and halfway between them.
-  static float growth_of(std::span<const Imath::M44f> keys) {
-    float growth = 1.0f;
-    const auto add = [&](const Imath::M44f& m) {
-      RayToObject inverse;
-      growth = std::max(growth, inverse.set_inverse_of(m) ? 2.0f * rounding_growth(m, inverse) : 1e6f);
-    };
-    for (size_t k = 0; k < keys.size(); ++k) {
-      add(keys[k]);
-      if (k + 1 < keys.size()) add(between(keys[k], keys[k + 1], 0.5f));
-    }
-    return growth;
+  // Returns the boxes that bound instances of each group; none if there are no instances.
+  [[nodiscard]] std::vector<std::vector<Imath::Box3f>> parts_of_groups(size_t instances) const {
+    std::vector<std::vector<Imath::Box3f>> parts;
+    if (instances != 0)
+      for (const Tree& tree : structure_.group_trees) parts.push_back(kd::parts_of(tree, kd::parts_for(instances)));
+    return parts;
   }
+
+  static Imath::V3f translation_of(const Imath::M44f& m) { return {m[3][0], m[3][1], m[3][2]}; }
 
   void place_moving(const BuildInput& input, const std::vector<uint32_t>& moving, const std::atomic<bool>* cancel) {
     std::vector<Imath::Box3f> boxes;
     float largest = 1.0f;
+    const std::vector<std::vector<Imath::Box3f>> parts = parts_of_groups(moving.size());
+    const Imath::M44f identity;
     if (!moving.empty())
       for (const std::span<const Imath::M44f> keys : input.motions)
         structure_.motions.emplace_back(keys.begin(), keys.end());
@@ -292,28 +291,27 @@ class KdTreeAccelerator final : public Accelerator {
         placed.in_place = true;
       else if (!placed.to_object.set_inverse_of(instance.object_to_world))
         continue;
-      const float growth = moves             ? growth_of(placed.keys)
+      const float growth = moves             ? kd::growth_of(placed.keys)
                            : placed.in_place ? 1.0f
                                              : rounding_growth(instance.object_to_world, placed.to_object);
       largest = std::max(largest, growth);
       Imath::V3f translation = translation_of(instance.object_to_world);
       for (const Imath::M44f& key : placed.keys)
         for (int k = 0; k < 3; ++k) translation[k] = std::max(std::fabs(translation[k]), std::fabs(key[3][k]));
-      const auto add = [&](const Imath::Box3f& bounds) {
+      const std::span<const Imath::M44f> keys =
+          moves ? placed.keys : std::span(placed.in_place ? &identity : &instance.object_to_world, 1);
+      const auto add = [&](const Imath::Box3f& bounds, const std::vector<Imath::Box3f>& in_tree) {
         structure_.moving.push_back(placed);
         for (const Imath::M44f& key : placed.keys)
-          structure_.key_boxes.push_back(widened(transform_bounds({&key, 1}, bounds), growth, translation));
-        const Imath::Box3f box = moves             ? transform_bounds(placed.keys, bounds)
-                                 : placed.in_place ? bounds
-                                                   : transform_bounds(instance.object_to_world, bounds);
-        bounds_.extendBy(box);
-        boxes.push_back(widened(box, growth, translation));
+          structure_.key_boxes.push_back(widened(kd::transform_bounds({&key, 1}, in_tree), growth, translation));
+        bounds_.extendBy(placed.in_place ? bounds : transform_bounds(keys, bounds));
+        boxes.push_back(widened(kd::transform_bounds(keys, in_tree), growth, translation));
       };
       // The static meshes of an instance without motion are in the other trees.
       const Tree& tree = structure_.group_trees[instance.group];
       if (moves && tree.root != kd::kEmptyChild) {
         placed.tree = &tree;
-        add(tree.bounds);
+        add(tree.bounds, parts[instance.group]);
       }
       const kd::DeformingTrees& deforming = structure_.deforming[instance.group];
       if (deforming.slices.empty()) continue;
@@ -322,7 +320,8 @@ class KdTreeAccelerator final : public Accelerator {
       float extent = 0.0f;
       for (const kd::DeformingSlice& slice : deforming.slices) extent = std::max(extent, slice.tree.largest_extent);
       const Imath::V3f margin(kExtentTolerance * extent);
-      add(Imath::Box3f(deforming.bounds.min - margin, deforming.bounds.max + margin));
+      const Imath::Box3f bounds(deforming.bounds.min - margin, deforming.bounds.max + margin);
+      add(bounds, {bounds});
     }
     size_t box = 0;
     for (kd::MovingInstance& placed : structure_.moving) {

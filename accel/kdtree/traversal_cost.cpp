@@ -234,6 +234,8 @@ bool walk_instances(const InstanceLevel& level, const Ray& world, bool any_hit, 
   if (level.empty()) return false;
   std::vector<Entry> stack{{t_min * kBefore, 0}};
   const float margin = level.margin(world.origin);
+  uint32_t signs = 0;
+  for (int k = 0; k < 3; ++k) signs |= (std::signbit(world.direction[k]) ? 1U : 0U) << k;
   while (!stack.empty()) {
     const Entry entry = stack.back();
     stack.pop_back();
@@ -244,16 +246,15 @@ bool walk_instances(const InstanceLevel& level, const Ray& world, bool any_hit, 
     }
     ++cost.nodes;
     const InstanceLevel::Node& node = level.node(entry.child);
-    const auto base = static_cast<ptrdiff_t>(stack.size());
-    for (size_t lane = 0; lane < node.child.size(); ++lane) {
+    const size_t base = stack.size();
+    for (uint32_t position = 0; position < 8; ++position) {
+      const uint32_t lane = any_hit ? position : (node.order[signs] >> (4 * position)) & 7U;
       Interval interval{t_min * kBefore, t_far * kWiden};
       if (node.child[lane] == InstanceLevel::kNone) continue;
       if (!interval.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
                         {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, world, margin))
         continue;
-      const auto place = std::find_if(stack.begin() + base, stack.end(),
-                                      [&](const Entry& other) { return !any_hit && other.enter < interval.enter; });
-      stack.insert(place, {interval.enter, node.child[lane]});
+      stack.insert(stack.begin() + static_cast<ptrdiff_t>(base), {interval.enter, node.child[lane]});
     }
   }
   return false;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/build.h"
+#include "accel/kdtree/instance_bounds.h"
 #include "accel/kdtree/layout.h"
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/tree_cells.h"
@@ -19,6 +20,7 @@ using accel::testing::Mesh;
 using accel::testing::Rng;
 using accel::testing::TreeCells;
 using Imath::Box3f;
+using Imath::M44f;
 using Imath::V3f;
 
 struct BuiltTree {
@@ -209,6 +211,38 @@ TEST(BoxLayout, CostsAreThoseOfTheBestShares) {
     for (uint32_t lanes = 2; lanes < kWideLanes; ++lanes)
       EXPECT_EQ(node.area_cost[lanes - 1], std::min(own, share_lanes(node, lanes).cost));
   }
+}
+
+// Instances are bounded by parts of their trees, turned: their vertices are inside, and the bounds
+// of a sphere are nearer to it than to the turned box around it.
+TEST(BoxLayout, PartsBoundTurnedTrees) {
+  const std::vector<Mesh> all = meshes();
+  Rng rng(137);
+  for (size_t number = 0; number < all.size(); ++number) {
+    SCOPED_TRACE(number);
+    const Mesh& mesh = all[number];
+    const BuiltTree built(mesh);
+    for (const size_t limit : {1, 9, 64, 512}) {
+      const std::vector<Box3f> parts = parts_of(built.tree, limit);
+      ASSERT_GE(parts.size(), 1U);
+      ASSERT_LE(parts.size(), limit);
+      for (int round = 0; round < 10; ++round) {
+        const V3f axis = testing::uniform_direction(rng), to = testing::uniform_direction(rng);
+        const M44f m = testing::placed(V3f(2.0f, 1.0f, 1.5f), axis, static_cast<float>(round), to);
+        const Box3f box = transform_bounds({&m, 1}, parts);
+        for (const uint32_t index : mesh.indices) ASSERT_TRUE(box.intersects(mesh.positions[index] * m));
+      }
+    }
+  }
+  const BuiltTree round_tree(all[1]);
+  M44f turn;
+  turn.setAxisAngle(V3f(1).normalized(), 0.8f);
+  const auto width = [&](size_t limit) {
+    return transform_bounds({&turn, 1}, parts_of(round_tree.tree, limit)).size().x;
+  };
+  EXPECT_GT(width(1), 2.9f);    // the sphere's is 2
+  EXPECT_LT(width(64), 2.8f);   // boxes of nodes
+  EXPECT_LT(width(512), 2.01f); // vertices
 }
 
 } // namespace

@@ -1,5 +1,7 @@
 // Tests that batch queries of the kd-tree equal single rays bit for bit.
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/affine.h"
+#include "accel/kdtree/instance_level.h"
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/agreement.h"
 
@@ -124,6 +126,36 @@ TEST(Streams, BatchesEqualSingleRays) {
         ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
         ASSERT_EQ(blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
       }
+    }
+  }
+}
+
+// Boxes that enclose those before, around many at one place, make the hierarchy over instances
+// deeper than the stacks of a stream; the batch is traced ray by ray then.
+TEST(Streams, BatchesEqualSingleRaysInHierarchiesOfAnyDepth) {
+  for (const int nested : {4, 60}) {
+    TestScene scene;
+    const uint32_t globe = scene.add_group({sphere(6, 12, 1.0f, V3f(0))});
+    for (int i = 0; i < 50 * nested; ++i) scene.add_instance(globe, placed(V3f(1e-8f), {0, 0, 1}, 0.1f, V3f(0)));
+    for (int i = 0; i < nested; ++i) {
+      const float size = std::ldexp(1.0f, i - 24);
+      scene.add_instance(globe, placed(V3f(size), {0, 0, 1}, 0.1f * static_cast<float>(i), {0.3f * size, 0, 0}));
+    }
+    std::vector<Imath::Box3f> boxes;
+    for (const Instance& instance : scene.instances())
+      boxes.push_back(transform_bounds(instance.object_to_world, scene.mesh(0).bounds()));
+    EXPECT_EQ(kd::InstanceLevel(boxes).depth() > 16, nested == 60) << kd::InstanceLevel(boxes).depth();
+    const auto accelerator = build(Kind::kdtree, scene);
+    Rng rng(113);
+    const std::vector<Ray> rays = mixed_rays(rng, scene, *accelerator, 100);
+    std::vector<Hit> hits(rays.size());
+    std::vector<uint8_t> blocked(rays.size());
+    accelerator->intersect(rays, hits);
+    accelerator->occluded(rays, blocked);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const Hit expected = accelerator->intersect(rays[i]);
+      ASSERT_EQ(std::memcmp(&hits[i], &expected, sizeof(Hit)), 0);
+      ASSERT_EQ(blocked[i], accelerator->occluded(rays[i]) ? 1 : 0);
     }
   }
 }

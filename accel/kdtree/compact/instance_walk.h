@@ -61,7 +61,7 @@ class BoxRay {
 };
 
 // Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to back
-// or, if kAny, in the order of kernels/instances.h. visit may narrow t_far, unless kAny, and ends
+// or, if kAny, in any order. visit may narrow t_far, unless kAny, and ends
 // the search by returning true, which is then the result.
 template <bool kAny, class Visit>
 [[gnu::always_inline]] inline bool visit_instances(const InstanceLevelView& level, const Ray& ray, float t_min,
@@ -78,7 +78,7 @@ template <bool kAny, class Visit>
       if (node.child[lane] == InstanceNode::kNone) continue;
       float enter = t_min * kBefore;
       if (!box_ray.clip(node, lane, enter, t_far * kWiden)) continue;
-      if (kAny || entered == 0 || enter <= nearest_enter) { // ties as in kernels/instances.h
+      if (kAny || entered == 0 || enter <= nearest_enter) {
         nearest = lane;
         nearest_enter = enter;
       }

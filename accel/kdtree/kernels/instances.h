@@ -15,64 +15,77 @@ inline bool visit_instances(const InstanceLevel& level, std::span<const Instance
                             float t_min, const float& t_far, const Visit& visit) {
   if (level.empty()) return false;
   const Imath::V3f& o = ray.origin;
-  const Imath::V3f& d = ray.direction;
-  const Lanes8 rx(1.0f / d.x), ry(1.0f / d.y), rz(1.0f / d.z);
-  const bool down_x = std::signbit(d.x), down_y = std::signbit(d.y), down_z = std::signbit(d.z);
+  // Distances to boxes count in units of `length` where reciprocals would be infinite otherwise.
+  const bool lengthens = may_bend(ray.direction) && is_short(ray.direction);
+  const float length = lengthens ? kLengthen : 1.0f, unit = lengthens ? kShorten : 1.0f;
   // The object-space ray differs from the exact one, so boxes are entered earlier and left later.
-  const float margin = level.margin(o), mx = down_x ? -margin : margin, my = down_y ? -margin : margin,
-              mz = down_z ? -margin : margin;
-  const Lanes8 near_x(o.x + mx), near_y(o.y + my), near_z(o.z + mz), far_x(o.x - mx), far_y(o.y - my), far_z(o.z - mz);
-  const Lanes8 begin(t_min * kBefore);
-  // Offsets of the faces that the ray meets first, in floats from the beginning of a node.
+  const float margin = level.margin(o);
   constexpr size_t kHigh = offsetof(InstanceNode, high) / sizeof(float);
-  const size_t first_x = down_x ? kHigh : 0, first_y = 8 + (down_y ? kHigh : 0), first_z = 16 + (down_z ? kHigh : 0),
-               last_x = kHigh - first_x, last_y = 16 + kHigh - first_y, last_z = 32 + kHigh - first_z;
+  std::array<Lanes8, 3> near, far, reciprocal; // where the ray would begin; for the faces that it meets first and last
+  std::array<size_t, 3> first, last;           // positions of these faces, in floats from the beginning of a node
+  uint32_t signs = 0;
+  for (size_t k = 0; k < 3; ++k) {
+    const float origin = o[static_cast<int>(k)], d = ray.direction[static_cast<int>(k)] * length;
+    const bool down = std::signbit(d);
+    reciprocal[k] = Lanes8(kd::finite_reciprocal(d));
+    near[k] = Lanes8(origin + (down ? -margin : margin));
+    far[k] = Lanes8(origin - (down ? -margin : margin));
+    first[k] = 8 * k + (down ? kHigh : 0);
+    last[k] = 8 * k + (down ? 0 : kHigh);
+    signs |= static_cast<uint32_t>(down) << k;
+  }
+  const Lanes8 begin(t_min * kBefore * unit);
 
-  // Distances and children apart: a wide load of an entry would wait for two narrow stores.
-  std::array<float, InstanceLevel::kStackSize> enters;
-  std::array<uint32_t, InstanceLevel::kStackSize> children;
-  enters[0] = t_min * kBefore;
-  children[0] = 0;
-  size_t top = 1;
-  while (top != 0) {
-    --top;
-    const uint32_t child = children[top];
-    if (!kAny && !(enters[top] <= t_far * kWiden)) continue;
-    if ((child & InstanceLevel::kBoxBit) != 0) {
-      if (visit(child & ~InstanceLevel::kBoxBit)) return true;
-      continue;
-    }
+  // The children of a node, where the ray enters their boxes, and, unless kAny, in its order.
+  struct alignas(64) Frame {
+    std::array<float, 8> enter;
+    std::array<uint32_t, 8> child;
+  };
+  std::array<Frame, InstanceNode::kMaxDepth + 1> frames;
+  std::array<uint8_t, InstanceNode::kMaxDepth + 1> rests; // by frame; bit i: child i is still to be visited
+  size_t top = 0;
+  uint32_t rest = 0, child = 0;
+  while (true) {
     const InstanceLevel::Node& node = level.node(child);
+    rests[top] = static_cast<uint8_t>(rest);
+    top += static_cast<size_t>(rest != 0);
+    assert(top < frames.size());
+    Frame& frame = frames[top];
     const float* faces = &node.low[0][0];
-    // As in clip_to_box(), NaN imposes no restriction.
-    Lanes8 enter = max((Lanes8::load(faces + first_x) - near_x) * rx, begin);
-    enter = max((Lanes8::load(faces + first_y) - near_y) * ry, enter);
-    enter = max((Lanes8::load(faces + first_z) - near_z) * rz, enter);
-    Lanes8 leave = min((Lanes8::load(faces + last_x) - far_x) * rx, Lanes8(t_far * kWiden));
-    leave = min((Lanes8::load(faces + last_y) - far_y) * ry, leave);
-    leave = min((Lanes8::load(faces + last_z) - far_z) * rz, leave);
-    uint32_t mask = at_most(enter, leave * Lanes8(kWiden));
-    alignas(32) float entries[8];
-    if (!kAny) enter.store(entries);
-    const size_t base = top;
-    for (; mask != 0; mask &= mask - 1) {
-      const auto lane = static_cast<size_t>(std::countr_zero(mask));
-      const uint32_t entered = node.child[lane];
-      if (entered == InstanceLevel::kNone) continue;
-      const bool is_box = (entered & InstanceLevel::kBoxBit) != 0;
-      prefetch(is_box ? static_cast<const void*>(instances.data() + (entered & ~InstanceLevel::kBoxBit))
-                      : &level.node(entered));
-      assert(top < children.size());
-      size_t place = top++;
-      for (; !kAny && place > base && enters[place - 1] < entries[lane]; --place) {
-        enters[place] = enters[place - 1];
-        children[place] = children[place - 1];
+    const Lanes8 end(t_far * kWiden * unit);
+    const auto distance = [&](size_t face, const Lanes8& from, size_t k) __attribute__((always_inline)) {
+      return (Lanes8::load(faces + face) - from) * reciprocal[k];
+    };
+    const Lanes8 enter = max(max(begin, distance(first[0], near[0], 0)),
+                             max(distance(first[1], near[1], 1), distance(first[2], near[2], 2)));
+    const Lanes8 leave =
+        min(min(end, distance(last[0], far[0], 0)), min(distance(last[1], far[1], 1), distance(last[2], far[2], 2)));
+    if constexpr (kAny) {
+      IntLanes8::load(node.child.data()).store(frame.child.data());
+      rest = at_most(enter, leave * Lanes8(kWiden));
+    } else {
+      const IntLanes8 order = shift_by_nibbles(IntLanes8(node.order[signs]));
+      const Lanes8 entries = permute(enter, order);
+      entries.store(frame.enter.data());
+      permute(IntLanes8::load(node.child.data()), order).store(frame.child.data());
+      rest = at_most(entries, permute(leave * Lanes8(kWiden), order));
+    }
+    while (true) {
+      while (rest == 0) {
+        if (top == 0) return false;
+        rest = rests[--top];
       }
-      if (!kAny) enters[place] = entries[lane];
-      children[place] = entered;
+      const auto next = static_cast<size_t>(std::countr_zero(rest));
+      rest &= rest - 1;
+      child = frames[top].child[next];
+      if (!kAny && !(frames[top].enter[next] <= t_far * kWiden * unit)) continue;
+      const bool is_box = (child & InstanceLevel::kBoxBit) != 0;
+      if (!is_box) break;
+      prefetch(instances.data() +
+               (frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % 8] & ~InstanceLevel::kBoxBit));
+      if (visit(child & ~InstanceLevel::kBoxBit)) return true;
     }
   }
-  return false;
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

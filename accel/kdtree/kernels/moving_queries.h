@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
 #include "accel/kdtree/kernels/plane_walk.h"
 #include "accel/kdtree/kernels/traversal.h"
@@ -55,8 +56,7 @@ template <bool kAny>
     TreeHit in_tree;
     if (!trace_tree<kAny>(tree, motion, ray, t_min, filter, t_far, in_tree)) return false;
     if (kAny) return true;
-    const Hit found = filter.resolve(in_tree);
-    if (!hit.is_hit() || found.t != hit.t || comes_before(found, hit)) hit = found;
+    merge_hit(filter, in_tree, hit);
     return false;
   });
 }
@@ -72,15 +72,63 @@ inline bool trace_moving(const Structure& s, const Ray& world, float t_far, Hit&
   });
 }
 
-inline void add_moving(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
-  for (size_t i = 0; i < rays.size(); ++i)
-    if (can_hit(rays[i])) trace_moving<false>(s, rays[i], hits[i].is_hit() ? hits[i].t : rays[i].t_max, hits[i]);
-}
-inline void add_moving(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
-  for (size_t i = 0; i < rays.size(); ++i) {
-    Hit hit;
-    if (blocked[i] == 0 && can_hit(rays[i])) blocked[i] = trace_moving<true>(s, rays[i], rays[i].t_max, hit) ? 1 : 0;
+// Moving instances, for a stream.
+struct MovingInstances {
+  const Structure& structure;
+
+  [[nodiscard]] const InstanceLevel& level() const { return structure.moving_level; }
+  void fetch(uint32_t number) const {
+    const auto* moving = reinterpret_cast<const std::byte*>(structure.moving.data() + number);
+    prefetch(moving);
+    prefetch(moving + sizeof(MovingInstance) - 1);
   }
+  // Prefetches two keys, which are most often all; the interval of a ray is not known so early.
+  void fetch_keys(uint32_t number) const {
+    const MovingInstance& moving = structure.moving[number];
+    prefetch(moving.boxes.data());
+    prefetch(moving.keys.data());
+    prefetch(moving.keys.data() + 1);
+  }
+  [[nodiscard]] Entered enter(uint32_t number, const Ray& world, float t_far, Ray& ray) const {
+    const MovingInstance& moving = structure.moving[number];
+    if (moving.deforming != nullptr) return {nullptr, moving.instance, true};
+    Ray in_tree;
+    if (!enter_space(structure, moving, world, clamped_time(world.time), std::max(world.t_min, 0.0f), t_far, in_tree))
+      return {};
+    ray = with_end(in_tree, t_far);
+    return {moving.tree, moving.instance};
+  }
+};
+// The calls of a stream through moving instances.
+struct OfMoving {
+  const Structure& s;
+  std::span<const Ray> rays;
+
+  template <bool kAny>
+  bool trace_whole(size_t i, Hit& hit) const {
+    return trace_moving<kAny>(s, rays[i], hit.is_hit() ? hit.t : rays[i].t_max, hit);
+  }
+  template <bool kAny>
+  bool trace_one(size_t i, uint32_t number, float& t_far, Hit& hit) const {
+    const float t_min = std::max(rays[i].t_min, 0.0f);
+    return trace_one_moving<kAny>(s, s.moving[number], rays[i], clamped_time(rays[i].time), t_min, t_far, hit);
+  }
+};
+
+template <bool kAny, class Answer>
+[[gnu::noinline]] void stream_moving(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
+  InstanceStream<kAny, MovingInstances> stream({s}, s.filter, nullptr);
+  stream.trace(rays, BatchAnswers<kAny, OfMoving, Answer>{{s, rays}, answers});
+}
+
+template <class Answer>
+inline void add_moving(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
+  constexpr bool kAny = std::is_same_v<Answer, uint8_t>;
+  if (rays.size() >= kMinStreamRays && s.moving_level.depth() <= TreesInTurn::kMaxDepth)
+    return stream_moving<kAny>(s, rays, answers);
+  const BatchAnswers<kAny, OfMoving, Answer> calls{{s, rays}, answers};
+  for (size_t i = 0; i < rays.size(); ++i)
+    if (calls.end_of(i) >= 0.0f && can_hit(rays[i])) calls.trace_alone(i);
 }
 
 template <const Queries& kStatic>

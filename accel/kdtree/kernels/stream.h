@@ -1,61 +1,39 @@
 // Stream traversal: many independent rays in flight through one tree to hide latency.
 //
-// While one ray waits for memory or for its own arithmetic, the others proceed. Each ray has a slot
-// with its state and its own stack. A round takes every ray at a node down by one box node, then
-// every ray at a leaf through one of its blocks, then returns the finished rays and refills their
-// slots. A step down leaves a frame on the stack: the children in the order of the ray, where it
-// enters their boxes, and a bit for each that it enters. A ray continues with the first bit of its
-// topmost frame; then all rays are sorted at once, by comparisons and compression, into those at
-// nodes, at leaves and finished. The only branch to predict is whether a triangle is hit.
-//
-// Every step is split into passes over all rays: one ray's chain of dependent operations through a
-// whole step exceeds a processor's look-ahead, while a short pass overlaps many rays.
-//
-// A ray's path and result depend on nothing but itself. Its arithmetic is that of trace_tree().
+// A round takes every ray at a node down by one box node, then every ray at a leaf through one of
+// its blocks, then returns the finished rays and refills their slots (stream_steps.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/kernels/stream_rays.h"
-#include "accel/kdtree/kernels/traversal.h"
+#include "accel/kdtree/kernels/stream_steps.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
-// Number of rays in flight. More rays hide more latency until their stacks no longer fit into the
-// first-level cache.
-inline constexpr uint32_t kStreamSlots = 48;
-// Smaller batches are faster as single rays.
-inline constexpr size_t kMinStreamRays = 4;
-// Number of cache lines prefetched of a leaf block; a full one has five.
-inline constexpr size_t kBlockLines = 4;
-
-// Takes hits of the nearest-hit or any-hit query. The other kind, for every hit, has
-// take(ray, block, shear, t_min, t_far), which returns false to end the ray, and leave_aside(ray).
-struct BestHits {};
-
-// Takes about 130 KB, meant for the stack; nothing is initialized before its use.
+// Meant for the stack; nothing is initialized before its use.
 template <bool kAny, class Hits = BestHits>
-class Stream {
-  static constexpr bool kEvery = !std::is_same_v<Hits, BestHits>;
+class Stream : StreamSteps<kAny, OneTree, Hits> {
+  using Steps = StreamSteps<kAny, OneTree, Hits>;
+  using Steps::at_node_, Steps::at_leaf_, Steps::done_, Steps::done_count_, Steps::free_, Steps::free_count_,
+      Steps::filter_, Steps::hits_;
+  using typename Steps::Slot;
 
  public:
-  Stream(const Tree& tree, const HitFilter& filter, Hits hits = {}) : tree_(tree), filter_(filter), hits_(hits) {}
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
+  explicit Stream(const Tree& tree, const HitFilter& filter, Hits hits = {}) : Steps({tree}, filter, hits) {}
 
   // Calls finish(ray index, hit) once for each ray that hits something, in any order, with the
   // nearest hit or, if kAny, any hit. Never calls it if another kind takes the hits.
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
-    if (tree_.root == kEmptyChild) return;
-    for (uint32_t s = 0; s < kStreamSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
-    free_count_ = kStreamSlots;
+    if (tree().root == kEmptyChild) return;
+    for (uint32_t s = 0; s < Steps::kSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
+    free_count_ = Steps::kSlots;
     while (true) {
       fill(rays, finish);
       if (at_node_.count + at_leaf_.count == 0 || filter_.abandoned()) break;
-      descend();
-      test_leaves(rays);
+      this->descend();
+      this->test_leaves(rays);
       for (uint32_t k = 0; k < done_count_; ++k) {
-        const Slot& ended = slot(done_[k]);
+        const Slot& ended = this->slot(done_[k]);
         if (ended.primitive != kNoId) finish(ended.ray, ended.best());
         free_[free_count_++] = done_[k];
       }
@@ -64,43 +42,11 @@ class Stream {
   }
 
  private:
-  // The children of one node, nearest first or, for any hit, farthest first.
-  struct alignas(64) Frame {
-    std::array<float, kWideLanes> enter;
-    std::array<ChildWord, kWideLanes> child;
-  };
-  static_assert(sizeof(Frame) == 64);
-  static constexpr size_t kFrames = kMaxWideDepth + 2; // the lowest ends the ray; a step may write one above the top
-  struct alignas(64) Slot {
-    StreamRay at;
-    float u, v; // of the best hit, which is at at.t_far
-    uint32_t primitive;
-    uint32_t ray;
-    std::array<uint16_t, kFrames> rest; // by frame; bits i and i + 8: child i is still to be visited
-    std::array<Frame, kFrames> stack;
-
-    [[nodiscard]] TreeHit best() const { return {at.t_far, u, v, primitive}; }
-  };
-  static_assert(kFrames <= std::numeric_limits<decltype(StreamRay::top)>::max());
-  // The size is an odd number of cache lines, so that the same place in different slots does not
-  // map to the same cache set.
-  static_assert(sizeof(Slot) / 64 % 2 == 1);
-  // Slots are addressed by their offset in bytes; compression writes up to kLanes past the end.
-  using Offsets = std::array<uint32_t, kStreamSlots + kLanes>;
-  // Rays at nodes or at leaves: slot, child, where they enter it, and where they end.
-  struct Queue {
-    alignas(64) Offsets slot;
-    alignas(64) std::array<ChildWord, kStreamSlots + kLanes> child;
-    alignas(64) std::array<float, kStreamSlots + kLanes> enter, far;
-    uint32_t count = 0;
-  };
-
-  Slot& slot(uint32_t offset) { return *reinterpret_cast<Slot*>(slots_.data() + offset); }
+  [[nodiscard]] const Tree& tree() const { return this->trees_.tree; }
 
   // Puts waiting rays into free slots while there are both.
   template <class Finish>
   void fill(std::span<const Ray> rays, const Finish& finish) {
-    Queue& queue = (tree_.root & kLeafBit) != 0 ? at_leaf_ : at_node_;
     while (free_count_ != 0) {
       if (waiting_ == 0) {
         if (next_ == rays.size()) return;
@@ -109,231 +55,32 @@ class Stream {
       }
       const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
       waiting_ &= waiting_ - 1;
-      assert(queue.count < kStreamSlots);
       const uint32_t offset = free_[--free_count_];
-      Slot& taken = slot(offset);
+      auto& taken = this->slot(offset);
       taken.at = prepared_.rays[i];
-      taken.primitive = kNoId;
       taken.ray = static_cast<uint32_t>(first_prepared_ + i);
-      taken.at.top = 1;
-      taken.stack[0].enter[0] = std::numeric_limits<float>::quiet_NaN();
-      taken.stack[0].child[0] = tree_.root; // never visited, only prefetched
-      taken.rest[0] = 1;
-      queue.slot[queue.count] = offset;
-      queue.child[queue.count] = tree_.root;
-      ++queue.count;
+      this->begin_tree(offset, tree().root);
     }
   }
   template <class Finish>
   void prepare(std::span<const Ray> rays, const Finish& finish) {
     const std::span<const Ray> part = rays.subspan(next_, std::min<size_t>(kRayLanes, rays.size() - next_));
-    prepared_.prepare(tree_, part);
+    prepared_.prepare(part, tree().clip_bounds);
     waiting_ = prepared_.enter;
     first_prepared_ = next_;
     next_ += part.size();
     for (uint32_t apart = prepared_.apart; apart != 0; apart &= apart - 1) {
       const size_t i = first_prepared_ + static_cast<size_t>(std::countr_zero(apart));
-      if constexpr (kEvery)
+      if constexpr (Steps::kEvery)
         hits_.leave_aside(static_cast<uint32_t>(i));
       else
-        trace_indexed<kAny>(tree_, filter_, rays, i, finish);
+        trace_indexed<kAny>(tree(), filter_, rays, i, finish);
     }
   }
 
-  // Selects b if the condition holds, else a, without a branch.
-  static uint32_t select_bits(bool condition, uint32_t a, uint32_t b) {
-    const uint32_t mask = 0U - static_cast<uint32_t>(condition);
-    return a ^ ((a ^ b) & mask);
-  }
-
-  // Sorts the first `count` rays of a queue after a step: those at nodes go to at_node_ from
-  // position `nodes` on, those at leaves to at_leaf_ from position `leaves` on, the others to
-  // done_. A queue may be sorted into itself from its beginning.
-  void sort(Queue& from, uint32_t count, uint32_t& nodes, uint32_t& leaves) {
-    for (uint32_t k = 0; k < count; k += kLanes) {
-      const WideIntLanes slots = WideIntLanes::load(&from.slot[k]), child = WideIntLanes::load(&from.child[k]);
-      const WideLanes enter = WideLanes::load(&from.enter[k]), far = WideLanes::load(&from.far[k]);
-      const uint32_t used = count - k < kLanes ? (1U << (count - k)) - 1U : ~0U >> (32 - kLanes);
-      const uint32_t alive = at_most(enter, far) & used, leaf = top_bits(child);
-      const CompressWide to_nodes(alive & ~leaf), to_leaves(alive & leaf), to_done(used & ~alive);
-      to_nodes(slots).store(&at_node_.slot[nodes]);
-      to_nodes(child).store(&at_node_.child[nodes]);
-      to_leaves(slots).store(&at_leaf_.slot[leaves]);
-      to_leaves(child).store(&at_leaf_.child[leaves]);
-      to_done(slots).store(&done_[done_count_]);
-      nodes += static_cast<uint32_t>(std::popcount(alive & ~leaf));
-      leaves += static_cast<uint32_t>(std::popcount(alive & leaf));
-      done_count_ += static_cast<uint32_t>(std::popcount(used & ~alive));
-    }
-  }
-  void fetch_nodes(uint32_t first) {
-    for (uint32_t k = first; k < at_node_.count; ++k) {
-      const auto* node = reinterpret_cast<const std::byte*>(tree_.nodes.data() + at_node_.child[k]);
-      for (size_t line = 0; line < sizeof(BoxNode) / 64; ++line) prefetch(node + 64 * line);
-    }
-  }
-  void fetch_leaves(uint32_t first) {
-    for (uint32_t k = first; k < at_leaf_.count; ++k) {
-      const auto* block = reinterpret_cast<const std::byte*>(tree_.leaves.data() + (at_leaf_.child[k] & ~kLeafBit));
-      for (size_t line = 0; line < kBlockLines; ++line) prefetch(block + 64 * line);
-    }
-  }
-
-  // Takes every ray at a node down by one node.
-  void descend() {
-    Queue& queue = at_node_;
-    const uint32_t count = queue.count;
-    std::array<uint16_t, kStreamSlots> entered;
-    for (uint32_t k = 0; k < count; ++k) {
-      Slot& s = slot(queue.slot[k]);
-      const BoxNode& node = tree_.nodes[queue.child[k]];
-      Lanes8 enter(s.at.t_min), leave(s.at.t_far); // not beyond, or enter might exceed queue.far
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const Lanes8 origin(s.at.origin[axis]), reciprocal(s.at.reciprocal[axis]);
-        const Lanes8 low = (Lanes8::load(node.low[axis].data()) - origin) * reciprocal,
-                     high = (Lanes8::load(node.high[axis].data()) - origin) * reciprocal;
-        enter = max(enter, min(low, high));
-        leave = min(leave, max(low, high));
-      }
-      const uint32_t signs = (sign_bits(Lanes8::load_twice(s.at.reciprocal.data())) ^ (kAny ? 7U : 0U)) & 7U;
-      const IntLanes8 order = shift_by_nibbles(IntLanes8(node.order[signs]));
-      const IntLanes8 children = permute(IntLanes8::load(node.child.data()), order);
-      enter = permute(enter, order);
-      leave = permute(leave, order);
-      assert(s.at.top < s.stack.size());
-      Frame& frame = s.stack[s.at.top];
-      enter.store(frame.enter.data());
-      children.store(frame.child.data());
-      const uint32_t all = at_most(enter, leave * Lanes8(kWiden));
-      // For any hit, nodes come before leaves, in the lower bits: they are larger and hold more.
-      const uint32_t later = kAny ? all & top_bits(children) : 0;
-      entered[k] = static_cast<uint16_t>((all ^ later) | later << kWideLanes);
-    }
-    for (uint32_t k = 0; k < count; ++k) {
-      // Continues with the first child of the new frame or, if the ray enters none, the next child
-      // of the topmost one.
-      Slot& s = slot(queue.slot[k]);
-      const uint32_t top = s.at.top;
-      const bool descends = entered[k] != 0;
-      const uint32_t rest = select_bits(descends, s.rest[top - 1], entered[k]), left = rest & (rest - 1);
-      const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-      const size_t at = top - 1 + static_cast<size_t>(descends);
-      s.rest[at] = static_cast<uint16_t>(left);
-      queue.child[k] = s.stack[at].child[next];
-      queue.enter[k] = s.stack[at].enter[next];
-      queue.far[k] = s.at.t_far * kBeyond;
-      s.at.top = static_cast<uint8_t>(top + static_cast<uint32_t>(descends) - static_cast<uint32_t>(left == 0));
-    }
-    const uint32_t old_leaves = at_leaf_.count;
-    at_node_.count = 0; // rewritten behind the read position
-    sort(queue, count, at_node_.count, at_leaf_.count);
-    fetch_leaves(old_leaves);
-    fetch_nodes(0);
-  }
-
-  // Tests one block of its leaf for every ray at a leaf.
-  void test_leaves(std::span<const Ray> rays) {
-    Queue& queue = at_leaf_;
-    const uint32_t count = queue.count;
-    std::array<uint16_t, kStreamSlots> hit;        // bit i: triangle i is hit
-    std::array<ChildWord, kStreamSlots> rest_of;   // next block of the leaf, or 0
-    std::array<uint8_t, kStreamSlots + 1> hitting; // rays with hits or, if kAny, with hits that the filter decides
-    uint32_t hitting_count = 0;
-    for (uint32_t k = 0; k < count; ++k) {
-      const LeafBlock block = tree_.leaf_block(queue.child[k]);
-      Slot& s = slot(queue.slot[k]);
-      const uint32_t mask = test_block(block, s.at, tested_[tested_place(k, hitting_count)]),
-                     filtered = block.filtered();
-      hit[k] = static_cast<uint16_t>(mask);
-      const uint32_t next = block.units_to_next();
-      rest_of[k] = select_bits(next == 0, queue.child[k] + next, 0);
-      hitting[hitting_count] = static_cast<uint8_t>(k);
-      hitting_count += (kAny ? mask & filtered : mask) != 0 ? 1 : 0;
-      if (kAny) {
-        const bool ends = (mask & ~filtered) != 0;
-        s.at.t_far = std::bit_cast<float>(
-            select_bits(ends, std::bit_cast<uint32_t>(s.at.t_far), std::bit_cast<uint32_t>(-1.0f)));
-        s.primitive &= ~(0U - static_cast<uint32_t>(ends));
-      }
-    }
-    for (uint32_t i = 0; i < hitting_count; ++i) {
-      const uint32_t k = hitting[i];
-      take_hits(rays, slot(queue.slot[k]), queue.child[k], tested_[tested_place(k, i)], hit[k]);
-    }
-    for (uint32_t k = 0; k < count; ++k) {
-      // Continues with the next block of the leaf, else with the next child of the topmost frame. A
-      // next block is a further cell that is skipped only if the ray has ended.
-      Slot& s = slot(queue.slot[k]);
-      const bool continues = rest_of[k] != 0;
-      const Frame& frame = s.stack[s.at.top - 1];
-      const uint32_t rest = s.rest[s.at.top - 1], left = rest & (rest - 1);
-      const auto next = static_cast<uint32_t>(std::countr_zero(rest)) & (kWideLanes - 1);
-      s.rest[s.at.top - 1] = static_cast<uint16_t>(select_bits(continues, left, rest));
-      s.at.top =
-          static_cast<uint8_t>(s.at.top - (static_cast<uint32_t>(left == 0) & static_cast<uint32_t>(!continues)));
-      queue.child[k] = select_bits(continues, frame.child[next], rest_of[k]);
-      queue.enter[k] = std::bit_cast<float>(select_bits(continues, std::bit_cast<uint32_t>(frame.enter[next]), 0));
-      queue.far[k] = s.at.t_far * kBeyond;
-    }
-    const uint32_t old_nodes = at_node_.count;
-    at_leaf_.count = 0;
-    sort(queue, count, at_node_.count, at_leaf_.count);
-    fetch_nodes(old_nodes);
-    fetch_leaves(0);
-  }
-
-  // Returns where the test of the k-th block is kept, the i-th of those with hits. Keeping only
-  // those spares the first-level cache, and delays the address by the test before, which matters
-  // more where tests are short.
-  static uint32_t tested_place(uint32_t k, uint32_t i) { return kLanes == kBlockTriangles ? k : i; }
-
-  // Returns a mask of the triangles of a block that the ray hits in its interval. Distances are
-  // computed before it is known whether they are needed, which avoids a branch.
-  [[gnu::always_inline]] static uint32_t test_block(const LeafBlock& block, const StreamRay& ray, TestedBlock& out) {
-    const RayShear shear = ray.ray_shear();
-    const ShearedVertices vertices(block, shear);
-    uint32_t hit = 0;
-    for_each_group(block, [&](uint32_t first, uint32_t count) {
-      const TriangleTest test(vertices, block.corners() + first, count);
-      const WideLanes t = test.distance(vertices, shear.sz);
-      if (!kAny) out.store(first, t, test);
-      hit |= (test.inside & above(t, WideLanes(ray.t_min)) & at_most(t, WideLanes(ray.t_far))) << first;
-      return false;
-    });
-    if (kAny && (hit & block.filtered()) != 0) [[unlikely]]
-      for_each_group(block, [&](uint32_t first, uint32_t count) {
-        const TriangleTest test(vertices, block.corners() + first, count);
-        out.store(first, test.distance(vertices, shear.sz), test);
-        return false;
-      });
-    return hit;
-  }
-
-  // Accepts hits; called once or twice per ray.
-  void take_hits(std::span<const Ray> rays, Slot& s, ChildWord leaf, const TestedBlock& tested, uint32_t hit) {
-    if constexpr (kEvery) {
-      if (!hits_.take(s.ray, tree_.leaf_block(leaf), s.at.ray_shear(), s.at.t_min, s.at.t_far)) s.at.t_far = -1.0f;
-      return;
-    }
-    const CandidateFilter filter{filter_, rays[s.ray], tree_, kNoId};
-    TreeHit best = s.best();
-    if (take_candidates<kAny>(tree_.leaf_block(leaf), hit, tested, filter, s.at.t_far, best)) s.at.t_far = -1.0f;
-    s.u = best.u;
-    s.v = best.v;
-    s.primitive = best.primitive;
-  }
-
-  const Tree& tree_;
-  const HitFilter& filter_;
-  [[no_unique_address]] Hits hits_;
-  Queue at_node_, at_leaf_;
-  alignas(64) Offsets done_, free_;
-  uint32_t done_count_ = 0, free_count_ = 0;
-  std::array<TestedBlock, kStreamSlots> tested_;
   PreparedRays prepared_;
   size_t next_ = 0, first_prepared_ = 0; // index of the next ray to prepare; index of the first prepared
   uint32_t waiting_ = 0;                 // bit i: prepared ray i has no slot yet
-  alignas(64) std::array<std::byte, kStreamSlots * sizeof(Slot)> slots_;
 };
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

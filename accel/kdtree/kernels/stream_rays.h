@@ -34,11 +34,22 @@ static_assert(std::endian::native == std::endian::little); // PreparedRays::axes
 
 struct PreparedRays {
   std::array<StreamRay, kRayLanes> rays;
-  uint32_t enter; // bit i: ray i can hit something, enters the tree's box, and is not in `apart`
+  uint32_t valid; // bit i: ray i can hit something and is not in `apart`
+  uint32_t enter; // bit i: ray i is valid and enters the tree's box
   uint32_t apart; // bit i: ray i can hit something, but its direction is_short()
 
-  // Prepares 1 to 16 rays.
-  void prepare(const Tree& tree, std::span<const Ray> from) {
+  // Prepares 1 to 16 rays for trees with these bounds: one box, or sixteen with low(axis) and
+  // high(axis).
+  void prepare(std::span<const Ray> from, const Imath::Box3f& bounds) {
+    struct OneBox {
+      const Imath::Box3f& box;
+      [[nodiscard]] Lanes16 low(int axis) const { return Lanes16(box.min[axis]); }
+      [[nodiscard]] Lanes16 high(int axis) const { return Lanes16(box.max[axis]); }
+    };
+    prepare(from, OneBox{bounds});
+  }
+  template <class Bounds>
+  void prepare(std::span<const Ray> from, const Bounds& bounds) {
     const auto count = static_cast<uint32_t>(from.size());
     RayLanes lanes;
     lanes.load(count, [&](uint32_t i) -> const Ray& { return from[i]; });
@@ -49,13 +60,14 @@ struct PreparedRays {
       const Lanes16 origin = Lanes16::load(lanes.origin[k]), direction = Lanes16::load(lanes.direction[k]);
       reciprocal[k] = finite_reciprocal(direction);
       const uint32_t down = sign_bits(direction);
-      const Lanes16 low(tree.clip_bounds.min[k]), high(tree.clip_bounds.max[k]);
+      const Lanes16 low = bounds.low(k), high = bounds.high(k);
       first = max((select(down, low, high) - origin) * reciprocal[k], first);
       last = min((select(down, high, low) - origin) * reciprocal[k], last);
     }
     const uint32_t tested = lanes.can_hit() & ((1U << count) - 1U);
     apart = tested & lanes.is_short();
-    enter = tested & ~apart & at_most(first, last * Lanes16(kWiden));
+    valid = tested & ~apart;
+    enter = valid & at_most(first, last * Lanes16(kWiden));
     const RayLanes::LargestAxis largest = lanes.largest_axis();
     const auto rotate = [&](const Lanes16& if_x, const Lanes16& if_y, const Lanes16& if_z) {
       return select(largest.x, select(largest.y, if_z, if_y), if_x);

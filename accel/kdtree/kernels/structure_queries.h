@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
 #include "accel/kdtree/kernels/packet.h"
 #include "accel/kdtree/kernels/stream.h"
@@ -18,8 +19,7 @@ inline bool trace_transformed(const Structure& s, const TransformedInstance& tra
   TreeHit in_tree;
   if (!trace_tree<kAny>(*transformed.tree, ray, t_min, filter, t_far, in_tree)) return false;
   if (kAny) return true;
-  if (hit.is_hit() && in_tree.t == hit.t && hit.instance < transformed.instance) return false;
-  hit = filter.resolve(in_tree);
+  merge_hit(filter, in_tree, hit);
   return false;
 }
 
@@ -59,14 +59,41 @@ inline bool occluded(const Structure& s, const Ray& ray) {
   return trace<true>(s, ray, hit);
 }
 
-// Traces transformed instances ray by ray after the world tree of a batch.
+// The calls of a stream through transformed instances.
+struct OfTransformed {
+  const Structure& s;
+  std::span<const Ray> rays;
+
+  template <bool kAny>
+  bool trace_whole(size_t i, Hit& hit) const {
+    return trace<kAny>(s, rays[i], hit);
+  }
+  template <bool kAny>
+  bool trace_one(size_t i, uint32_t number, float& t_far, Hit& hit) const {
+    return trace_transformed<kAny>(s, s.transformed[number], rays[i], std::max(rays[i].t_min, 0.0f), t_far, hit);
+  }
+};
+
+template <bool kAny, class Answer>
+[[gnu::noinline]] void stream_transformed(const Structure& s, std::span<const Ray> rays, const Tree* world,
+                                          std::span<Answer> answers) {
+  InstanceStream<kAny, TransformedInstances> stream({s}, s.filter, world);
+  stream.trace(rays, BatchAnswers<kAny, OfTransformed, Answer>{{s, rays}, answers});
+}
+inline bool streams_transformed(const Structure& s, std::span<const Ray> rays) {
+  return rays.size() >= kMinStreamRays && s.instance_level.depth() <= TreesInTurn::kMaxDepth;
+}
+
+// Traces transformed instances after the world tree of a batch.
 inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
   if (s.instance_level.empty()) return;
+  if (streams_transformed(s, rays)) return stream_transformed<false>(s, rays, nullptr, hits);
   for (size_t i = 0; i < rays.size(); ++i)
     if (can_hit(rays[i])) trace_instances<false>(s, rays[i], hits[i].is_hit() ? hits[i].t : rays[i].t_max, hits[i]);
 }
 inline void add_instances(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
   if (s.instance_level.empty()) return;
+  if (streams_transformed(s, rays)) return stream_transformed<true>(s, rays, nullptr, blocked);
   for (size_t i = 0; i < rays.size(); ++i) {
     Hit hit;
     if (blocked[i] == 0 && can_hit(rays[i])) blocked[i] = trace_instances<true>(s, rays[i], rays[i].t_max, hit) ? 1 : 0;
@@ -79,6 +106,8 @@ inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std:
     return;
   }
   std::fill(hits.begin(), hits.end(), Hit());
+  if (!s.instance_level.empty() && streams_transformed(s, rays))
+    return stream_transformed<false>(s, rays, &s.world_tree, hits);
   Stream<false> stream(s.world_tree, s.filter);
   stream.trace(rays, [&](size_t i, const TreeHit& hit) {
     hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
@@ -92,6 +121,8 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
     return;
   }
   std::fill(blocked.begin(), blocked.end(), uint8_t{0});
+  if (!s.instance_level.empty() && streams_transformed(s, rays))
+    return stream_transformed<true>(s, rays, &s.world_tree, blocked);
   Stream<true> stream(s.world_tree, s.filter);
   stream.trace(rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; });
   add_instances(s, rays, blocked);
