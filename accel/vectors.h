@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -41,6 +42,16 @@ template <class V>
 template <class V>
 inline void store_vector(void* to, V v) {
   std::memcpy(to, &v, sizeof v);
+}
+// Bit i is the sign of lane i.
+[[nodiscard]] inline uint32_t sign_bits(Int8 a) {
+#if defined(__AVX2__)
+  return static_cast<uint32_t>(__builtin_ia32_movmskps256(std::bit_cast<Float8>(a)));
+#else
+  uint32_t bits = 0;
+  for (int i = 0; i < 8; ++i) bits |= (static_cast<uint32_t>(a[i]) >> 31) << i;
+  return bits;
+#endif
 }
 [[nodiscard]] inline Float8 splat(float x) { return Float8{x, x, x, x, x, x, x, x}; }
 [[nodiscard]] inline Double4 splat(double x) { return Double4{x, x, x, x}; }

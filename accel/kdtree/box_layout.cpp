@@ -3,6 +3,7 @@
 #include "accel/kdtree/box_layout.h"
 
 #include "accel/kdtree/box_cuts.h"
+#include "accel/vectors.h"
 
 #include <limits>
 
@@ -17,13 +18,28 @@ class Gathering {
   // Returns the children of the box node in spatial order.
   [[nodiscard]] uint32_t count() const { return lanes_; }
   [[nodiscard]] const BinaryPlace& child(uint32_t lane) const { return children_[lane]; }
-  // Returns the lanes in the order of a ray with these signs, four bits each from the lowest up;
-  // lanes without a child come last.
-  [[nodiscard]] uint32_t order(uint32_t signs) const {
-    uint32_t out = 0, position = 0;
-    append(0, signs, out, position);
-    for (; position < kWideLanes; ++position) out |= position << (4 * position);
-    return out;
+  // Returns for all eight combinations of signs the lanes in the order of a ray with these signs,
+  // four bits each from the lowest up; lanes without a child come last.
+  [[nodiscard]] Int8 orders() const {
+    std::array<Int8, 2 * kWideLanes - 1> order; // of the lanes below each entry
+    std::array<int32_t, 2 * kWideLanes - 1> lanes;
+    const Int8 signs = {0, 1, 2, 3, 4, 5, 6, 7};
+    Int8 whole{};
+    for (uint32_t i = count_; i-- > 0;) { // entries come before those below them
+      const Entry& entry = entries_[i];
+      if (entry.below_above[0] == 0) {
+        order[i] = whole = Int8{} + entry.lane;
+        lanes[i] = 1;
+        continue;
+      }
+      const uint32_t b = entry.below_above[0], a = entry.below_above[1];
+      const Int8 below_first = order[b] | order[a] << (4 * lanes[b]),
+                 above_first = order[a] | order[b] << (4 * lanes[a]);
+      order[i] = whole = ((signs >> static_cast<int32_t>(entry.axis)) & 1) != 0 ? above_first : below_first;
+      lanes[i] = lanes[b] + lanes[a];
+    }
+    for (uint32_t i = lanes_; i < kWideLanes; ++i) whole |= static_cast<int32_t>(i << (4 * i));
+    return whole;
   }
 
  private:
@@ -48,17 +64,6 @@ class Gathering {
     entries_[number].below_above[1] = add({&at.node->children[1], at.depth + 1}, lanes - below, in_levels);
     return number;
   }
-  void append(uint32_t number, uint32_t signs, uint32_t& out, uint32_t& position) const {
-    const Entry& entry = entries_[number];
-    if (entry.below_above[0] == 0) {
-      out |= uint32_t{entry.lane} << (4 * position++);
-      return;
-    }
-    const uint32_t first = (signs >> entry.axis) & 1U;
-    append(entry.below_above[first], signs, out, position);
-    append(entry.below_above[1 - first], signs, out, position);
-  }
-
   std::array<Entry, 2 * kWideLanes - 1> entries_;
   std::array<BinaryPlace, kWideLanes> children_;
   uint32_t count_ = 0, lanes_ = 0;
@@ -88,7 +93,7 @@ void BoxLayout::place(const BinaryPlace& top, bool in_levels, BoxNode& node, Pla
       node.high[k][lane] = used ? children[lane].node->bounds.max[axis] : kNone;
     }
   }
-  for (uint32_t signs = 0; signs < node.order.size(); ++signs) node.order[signs] = gathering.order(signs);
+  store_vector(node.order.data(), gathering.orders());
 }
 
 } // namespace kindling::accel::kd

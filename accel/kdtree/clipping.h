@@ -19,4 +19,8 @@ struct SplitReference {
 [[nodiscard]] SplitReference split_reference(const BuildMeshes& meshes, const Reference& reference, int axis,
                                              float position);
 
+// Splits two references, in the time of one and with the same results.
+void split_two(const BuildMeshes& meshes, const Reference& a, const Reference& b, int axis, float position,
+               SplitReference& parts_a, SplitReference& parts_b);
+
 } // namespace kindling::accel::kd

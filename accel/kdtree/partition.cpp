@@ -66,25 +66,44 @@ Lists deal(const Reference* references, size_t count, const Split& split, Lists 
   });
 }
 
+void copy_reference(const Reference& from, Reference* to) { store_vector(to, load_vector<Int8>(&from)); }
+
+// Each list needs room for all references.
 void cut_all(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split, Reference*& left,
              Reference*& right) {
   // Triangles are scattered in memory: prefetches indices several references ahead, then vertices.
-  constexpr size_t kIndicesAhead = 8, kVerticesAhead = 4;
+  constexpr size_t kIndicesAhead = 12, kVerticesAhead = 6;
   const auto indices_of = [&](const Reference& r) {
     return meshes.geometries[r.geometry].mesh.indices.data() + 3 * static_cast<size_t>(r.triangle);
   };
-  for (size_t i = 0; i < references.size(); ++i) {
-    if (i + kIndicesAhead < references.size()) __builtin_prefetch(indices_of(references[i + kIndicesAhead]));
-    if (i + kVerticesAhead < references.size()) {
-      const Reference& ahead = references[i + kVerticesAhead];
-      const uint32_t* indices = indices_of(ahead);
-      const Imath::V3f* positions = meshes.geometries[ahead.geometry].mesh.positions.data();
-      for (size_t corner = 0; corner < 3; ++corner) __builtin_prefetch(positions + indices[corner]);
+  const auto prefetch_indices = [&](size_t i) {
+    if (i < references.size()) __builtin_prefetch(indices_of(references[i]));
+  };
+  const auto prefetch_vertices = [&](size_t i) {
+    if (i >= references.size()) return;
+    const uint32_t* indices = indices_of(references[i]);
+    const Imath::V3f* positions = meshes.geometries[references[i].geometry].mesh.positions.data();
+    for (size_t corner = 0; corner < 3; ++corner) __builtin_prefetch(positions + indices[corner]);
+  };
+  // Parts are written in any case, and the lists advance if they are valid.
+  const auto append = [&](const SplitReference& parts) {
+    copy_reference(parts.left, left);
+    copy_reference(parts.right, right);
+    left += parts.in_left ? 1 : 0;
+    right += parts.in_right ? 1 : 0;
+  };
+  for (size_t i = 0; i < std::min(kIndicesAhead, references.size()); ++i) prefetch_indices(i);
+  for (size_t i = 0; i < std::min(kVerticesAhead, references.size()); ++i) prefetch_vertices(i);
+  SplitReference a, b;
+  for (size_t i = 0; i < references.size(); i += 2) {
+    for (size_t k = i; k < i + 2; ++k) {
+      prefetch_indices(k + kIndicesAhead);
+      prefetch_vertices(k + kVerticesAhead);
     }
-    const Reference& reference = references[i];
-    const SplitReference parts = split_reference(meshes, reference, split.axis, split.position);
-    if (parts.in_left) copy_references(&parts.left, 1, left++);
-    if (parts.in_right) copy_references(&parts.right, 1, right++);
+    const bool two = i + 1 < references.size();
+    split_two(meshes, references[i], references[two ? i + 1 : i], split.axis, split.position, a, b);
+    append(a);
+    if (two) append(b);
   }
 }
 

@@ -69,9 +69,29 @@ class CostModel {
   double area_, inverse_area_;
 };
 
+// A list that grows without initializing elements, and keeps its memory.
+class EventList {
+ public:
+  // Makes room for `count` floats; what the list had is lost.
+  [[nodiscard]] float* room_for(size_t count) {
+    if (room_.size() < count) room_.resize(count);
+    size_ = 0;
+    return room_.data();
+  }
+  void set_size(size_t size) { size_ = size; }
+  [[nodiscard]] size_t size() const { return size_; }
+  [[nodiscard]] const float& operator[](size_t i) const { return room_[i]; }
+  [[nodiscard]] std::span<float> all() { return {room_.data(), size_}; }
+  [[nodiscard]] std::span<const float> all() const { return {room_.data(), size_}; }
+
+ private:
+  std::vector<float> room_;
+  size_t size_ = 0;
+};
+
 // Buffers of the search by sorting, reused between nodes of one task.
 struct SplitScratch {
-  std::vector<float> starts, ends, planars;
+  EventList starts, ends, planars;
   std::vector<uint32_t> keys, sorted_keys;
 };
 

@@ -19,6 +19,10 @@ namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
+// Of many references a part is counted, at least so many, unless the best plane does not clearly
+// cost less than a leaf: one that is chosen by estimates costs more than it seems to.
+constexpr size_t kSample = 1024;
+constexpr double kClearGain = 0.9;
 constexpr uint32_t kMinBins = 32, kMaxBins = 256;
 // Lanes of a Reference: lower bounds on three axes, an id, upper bounds, an id.
 constexpr size_t kStartLane = 0, kEndLane = 4;
@@ -59,11 +63,16 @@ Occupied occupied(std::span<const Reference> references) {
   return all;
 }
 
-void count_bins(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
+// Counts every stride-th reference.
+void count_bins(std::span<const Reference> references, size_t stride, const Binning& binning, Histogram& histogram) {
   for (std::array<uint32_t, kMaxBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
   const Float8 last = splat(static_cast<float>(binning.bins - 1));
-  for (const Reference& reference : references) {
-    const Float8 place = (bounds_of(reference) - binning.low) * binning.scale;
+  // One of each `stride` neighbors, in no pattern that a mesh might have too.
+  uint32_t random = 0;
+  for (size_t i = 0; i < references.size(); i += stride) {
+    random += 0x9e3779b1U;
+    const size_t at = std::min(i + (uint64_t{random} * stride >> 32), references.size() - 1);
+    const Float8 place = (bounds_of(references[at]) - binning.low) * binning.scale;
     const Int8 bin = __builtin_convertvector(vector_min(vector_max(place, Float8{}), last), Int8);
     alignas(32) std::array<uint32_t, 8> bins;
     store_vector(bins.data(), bin);
@@ -95,11 +104,11 @@ Occupied occupied_in_chunks(std::span<const Reference> references, size_t chunks
   return all;
 }
 
-void count_in_chunks(std::span<const Reference> references, size_t chunks, const Binning& binning,
+void count_in_chunks(std::span<const Reference> references, size_t chunks, size_t stride, const Binning& binning,
                      Histogram& histogram) {
   std::vector<Histogram> parts(chunks);
   for_each_chunk(references, chunks,
-                 [&](size_t c, std::span<const Reference> part) { count_bins(part, binning, parts[c]); });
+                 [&](size_t c, std::span<const Reference> part) { count_bins(part, stride, binning, parts[c]); });
   histogram = parts[0];
   for (size_t c = 1; c < chunks; ++c)
     for (size_t lane = 0; lane < histogram.size(); ++lane)
@@ -123,11 +132,12 @@ Binning make_binning(const Occupied& all, uint32_t bins) {
 // Encoding of LaneBest::choice.
 constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMaxBins);
 
+// `count` references were counted as `counted`.
 void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
-                   size_t count, LaneBest& best) {
+                   size_t count, size_t counted, LaneBest& best) {
   // Numbers of references that begin before border i, and that end after it.
   alignas(32) std::array<int32_t, kMaxBins> left, right;
-  int32_t before = 0, behind = static_cast<int32_t>(count);
+  int32_t before = 0, behind = static_cast<int32_t>(counted);
   for (uint32_t i = 0; i < binning.bins; ++i) {
     left[i] = before;
     right[i] = behind;
@@ -135,15 +145,45 @@ void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogr
     behind -= static_cast<int32_t>(histogram[kEndLane + axis][i]);
   }
   const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  const float weight = static_cast<float>(count) / static_cast<float>(counted);
+  // No side is known to be empty where some references were left out.
+  const auto estimate = [&](Int8 found) {
+    const Int8 n = __builtin_convertvector(__builtin_convertvector(found, Float8) * weight, Int8);
+    return n > 1 ? n : Int8{} + 1;
+  };
   for (uint32_t i = 0; i < binning.bins; i += 8) {
     const Int8 border = static_cast<int32_t>(i) + lanes;
     const Float8 position = binning.low[axis] + __builtin_convertvector(border, Float8) * binning.width[axis];
-    const auto l = load_vector<Int8>(left.data() + i), r = load_vector<Int8>(right.data() + i);
+    auto l = load_vector<Int8>(left.data() + i), r = load_vector<Int8>(right.data() + i);
+    if (counted < count) {
+      l = estimate(l);
+      r = estimate(r);
+    }
     const Int8 inside = (position > costs.box_low) & (position < costs.box_high) & (border > 0);
     const Float8 cost = inside ? costs(position, l, r) : splat(std::numeric_limits<float>::infinity());
     const Int8 planar_left = ((r == 0) | ((l != 0) & (l < r))) & kPlanarLeft;
     best.offer(cost, position, border * kBorder + planar_left + static_cast<int32_t>(axis) * kAxis);
   }
+}
+
+// Returns the best borders, of every stride-th reference.
+LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, std::span<const Reference> references,
+                     size_t chunks, const Binning& binning, size_t stride) {
+  Histogram histogram;
+  if (chunks == 1) {
+    count_bins(references, stride, binning, histogram);
+  } else {
+    count_in_chunks(references, chunks, stride, binning, histogram);
+  }
+  size_t counted = 0;
+  for (uint32_t i = 0; i < binning.bins; ++i) counted += histogram[kStartLane][i];
+  LaneBest best;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    if (binning.scale[axis] == 0.0f) continue;
+    const LaneCosts costs(model.config(), box, model.area(), static_cast<int>(axis));
+    sweep_borders(costs, binning, histogram, axis, references.size(), counted, best);
+  }
+  return best;
 }
 
 } // namespace
@@ -157,14 +197,6 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
   const size_t count = references.size(), chunks = (count + kChunk - 1) / kChunk;
   const Occupied all = chunks == 1 ? occupied(references) : occupied_in_chunks(references, chunks);
   const Binning binning = make_binning(all, bins_for(count));
-  Histogram histogram;
-  if (chunks == 1) {
-    count_bins(references, binning, histogram);
-  } else {
-    count_in_chunks(references, chunks, binning, histogram);
-  }
-
-  LaneBest at_borders;
   for (size_t k = 0; k < 3; ++k) {
     const int axis = static_cast<int>(k);
     const auto offer = [&](float position, size_t left, size_t right) {
@@ -174,20 +206,29 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
     };
     offer(all.min_bound[kStartLane + k], 0, count);
     offer(all.max_bound[kEndLane + k], count, 0);
-    if (binning.scale[k] == 0.0f) continue;
-    sweep_borders(LaneCosts(config, box, model.area(), axis), binning, histogram, k, count, at_borders);
   }
-  const size_t lane = at_borders.lane();
-  if (!at_borders.found(lane)) return best;
-  const double cost = config.traversal_cost + static_cast<double>(at_borders.cost[lane]);
-  if (best && best->cost <= cost) return best;
+  const size_t stride = std::max<size_t>(1, count / kSample);
+  LaneBest at_borders = try_borders(model, box, references, chunks, binning, stride);
+  size_t lane = at_borders.lane();
+  bool sampled = stride > 1;
+  const auto cost_at = [&] { return config.traversal_cost + static_cast<double>(at_borders.cost[lane]); };
+  if (sampled && !(cost_at() < kClearGain * model.leaf_cost(count))) {
+    at_borders = try_borders(model, box, references, chunks, binning, 1);
+    lane = at_borders.lane();
+    sampled = false;
+  }
+  if (!at_borders.found(lane) || (best && best->cost <= cost_at())) return best;
   const int32_t choice = at_borders.choice[lane];
-  best = Split{cost, at_borders.position[lane], choice / kAxis, choice % kBorder == kPlanarLeft};
+  const Split border{cost_at(), at_borders.position[lane], choice / kAxis, choice % kBorder == kPlanarLeft};
+  if (!sampled) best = border;
   if (count <= config.refine_below) {
-    const auto border = static_cast<uint32_t>(choice % kAxis / kBorder);
-    const auto axis = static_cast<size_t>(best->axis);
-    refine_split(config, box, references, best->axis, binning.border(axis, border - 1),
-                 binning.border(axis, border + 1), scratch, best);
+    const auto i = static_cast<uint32_t>(choice % kAxis / kBorder);
+    const auto axis = static_cast<size_t>(border.axis);
+    refine_split(config, box, references, border.axis, binning.border(axis, i - 1), binning.border(axis, i + 1),
+                 scratch, best);
+    if (!best) best = border;
+  } else {
+    best = border;
   }
   return best;
 }

@@ -6,6 +6,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/split.h"
 
+#include "accel/vectors.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -25,7 +27,7 @@ uint32_t to_key(float x) {
 }
 float from_key(uint32_t key) { return std::bit_cast<float>(key ^ ((key >> 31) != 0 ? 0x80000000U : 0xffffffffU)); }
 
-void sort_floats(std::vector<float>& values, SplitScratch& scratch) {
+void sort_floats(std::span<float> values, SplitScratch& scratch) {
   if (values.size() < kRadixAbove) {
     std::sort(values.begin(), values.end());
     return;
@@ -60,7 +62,8 @@ struct Outside {
 
 void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outside& outside,
            const SplitScratch& scratch, std::optional<Split>& best) {
-  const std::vector<float>&starts = scratch.starts, &ends = scratch.ends, &planars = scratch.planars;
+  const std::span<const float> starts = std::as_const(scratch.starts).all(), ends = std::as_const(scratch.ends).all(),
+                               planars = std::as_const(scratch.planars).all();
   const auto offer = [&](float position, size_t left, size_t right, bool planar_left) {
     const double cost = model.split_cost(axis, position, left, right);
     if (!best || cost < best->cost) best = Split{cost, position, axis, planar_left};
@@ -88,16 +91,92 @@ void sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outs
 
 void sort_and_sweep(const CostModel& model, const Imath::Box3f& box, int axis, const Outside& outside,
                     SplitScratch& scratch, std::optional<Split>& best) {
-  sort_floats(scratch.starts, scratch);
-  sort_floats(scratch.ends, scratch);
-  sort_floats(scratch.planars, scratch);
+  sort_floats(scratch.starts.all(), scratch);
+  sort_floats(scratch.ends.all(), scratch);
+  sort_floats(scratch.planars.all(), scratch);
   sweep(model, box, axis, outside, scratch, best);
 }
 
-void clear_events(SplitScratch& scratch) {
-  scratch.starts.clear();
-  scratch.ends.clear();
-  scratch.planars.clear();
+// Lists that are written one float at a time, to the end of each.
+struct EventEnds {
+  float *starts, *ends, *planars;
+};
+EventEnds room_for_events(SplitScratch& scratch, size_t count) {
+  return {scratch.starts.room_for(count), scratch.ends.room_for(count), scratch.planars.room_for(count)};
+}
+void set_ends(SplitScratch& scratch, const EventEnds& begin, const EventEnds& end) {
+  scratch.starts.set_size(static_cast<size_t>(end.starts - begin.starts));
+  scratch.ends.set_size(static_cast<size_t>(end.ends - begin.ends));
+  scratch.planars.set_size(static_cast<size_t>(end.planars - begin.planars));
+}
+
+// Finds the bounds inside a range across an axis, and counts those outside.
+template <size_t kAxis>
+class RangeSearch {
+ public:
+  RangeSearch(float low, float high, const EventEnds& lists) : low_(low), high_(high), lists_(lists) {}
+
+  void add(std::span<const Reference> references) {
+    const Reference* r = references.data();
+    const size_t whole = references.size() / 4 * 4, rest = references.size() - whole;
+    const Int8 all = Int8{} - 1;
+    for (size_t i = 0; i < whole; i += 4) add(r[i], r[i + 1], r[i + 2], r[i + 3], all);
+    if (rest == 0) return;
+    r += whole;
+    const Int8 lanes = {0, 1, 2, 3, 0, 1, 2, 3};
+    add(r[0], r[std::min<size_t>(1, rest - 1)], r[std::min<size_t>(2, rest - 1)], r[rest - 1],
+        lanes < static_cast<int32_t>(rest));
+  }
+  [[nodiscard]] const EventEnds& lists() const { return lists_; }
+  [[nodiscard]] Outside outside() const {
+    const auto sum = [](Int8 negated, size_t first) {
+      return static_cast<size_t>(-(negated[first] + negated[first + 1] + negated[first + 2] + negated[first + 3]));
+    };
+    return {sum(below_, 0), sum(above_, 4)};
+  }
+
+ private:
+  // Adds the references with a lane in `valid`.
+  [[gnu::always_inline]] void add(const Reference& a, const Reference& b, const Reference& c, const Reference& d,
+                                  Int8 valid) {
+    constexpr int k = static_cast<int>(kAxis);
+    const auto ra = load_vector<Float8>(&a), rb = load_vector<Float8>(&b), rc = load_vector<Float8>(&c),
+               rd = load_vector<Float8>(&d);
+    const Float8 ab = __builtin_shufflevector(ra, rb, k, k, k + 8, k + 8, k + 4, k + 4, k + 12, k + 12),
+                 cd = __builtin_shufflevector(rc, rd, k, k, k + 8, k + 8, k + 4, k + 4, k + 12, k + 12);
+    const Float8 bounds = __builtin_shufflevector(ab, cd, 0, 2, 8, 10, 4, 6, 12, 14); // starts, then ends
+    const Int8 is_below = (bounds < low_) & valid, is_above = (bounds > high_) & valid;
+    below_ += is_below;
+    above_ += is_above;
+    uint32_t inside = sign_bits(~(is_below | is_above) & valid);
+    if (inside == 0) return;
+    alignas(32) std::array<float, 8> at;
+    store_vector(at.data(), bounds);
+    // Each bound is written to the end of all lists, and one advances: what it is cannot be
+    // predicted by branches.
+    for (; inside != 0; inside &= inside - 1) {
+      const auto lane = static_cast<size_t>(std::countr_zero(inside)), reference = lane % 4;
+      const size_t planar = at[reference] == at[reference + 4] ? 1 : 0, end = lane / 4;
+      *lists_.starts = *lists_.ends = *lists_.planars = at[lane];
+      lists_.starts += (1 - end) & (1 - planar);
+      lists_.ends += end & (1 - planar);
+      lists_.planars += (1 - end) & planar;
+    }
+  }
+
+  float low_, high_;
+  EventEnds lists_;
+  Int8 below_{}, above_{}; // negated counts, of starts in the lower four lanes, of ends in the upper
+};
+
+// Fills the lists of events in a range across an axis; returns the counts of the others.
+template <size_t kAxis>
+Outside find_events(std::span<const Reference> references, float low, float high, SplitScratch& scratch) {
+  const EventEnds begin = room_for_events(scratch, references.size() + 1);
+  RangeSearch<kAxis> search(low, high, begin);
+  search.add(references);
+  set_ends(scratch, begin, search.lists());
+  return search.outside();
 }
 
 } // namespace
@@ -108,15 +187,17 @@ std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f&
   std::optional<Split> best;
   if (!model.splittable()) return best;
   for (int axis = 0; axis < 3; ++axis) {
-    clear_events(scratch);
+    const EventEnds begin = room_for_events(scratch, references.size());
+    EventEnds end = begin;
     for (const Reference& reference : references) {
       if (reference.min[axis] == reference.max[axis]) {
-        scratch.planars.push_back(reference.min[axis]);
+        *end.planars++ = reference.min[axis];
       } else {
-        scratch.starts.push_back(reference.min[axis]);
-        scratch.ends.push_back(reference.max[axis]);
+        *end.starts++ = reference.min[axis];
+        *end.ends++ = reference.max[axis];
       }
     }
+    set_ends(scratch, begin, end);
     sort_and_sweep(model, box, axis, {}, scratch, best);
   }
   return best;
@@ -126,33 +207,9 @@ void refine_split(const Config& config, const Imath::Box3f& box, std::span<const
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
   assert(low <= high);
   const CostModel model(config, box);
-  // Each bound is written to the end of its list, which advances only if it counts: what counts
-  // cannot be predicted by branches.
-  const auto list = [&](std::vector<float>& events) {
-    events.resize(references.size());
-    return events.data();
-  };
-  float *starts = list(scratch.starts), *ends = list(scratch.ends), *planars = list(scratch.planars);
-  Outside outside;
-  for (const Reference& reference : references) {
-    const float start = reference.min[axis], end = reference.max[axis];
-    const size_t planar = start == end ? 1 : 0, starts_below = start < low ? 1 : 0, ends_above = end > high ? 1 : 0;
-    const size_t starts_inside = (start <= high ? 1 : 0) & ~starts_below,
-                 ends_inside = (end >= low ? 1 : 0) & ~ends_above;
-    *starts = *planars = start;
-    *ends = end;
-    outside.left += starts_below;
-    outside.right += ends_above;
-    starts += starts_inside & ~planar;
-    planars += starts_inside & planar;
-    ends += ends_inside & ~planar;
-  }
-  const auto cut = [](std::vector<float>& events, const float* end) {
-    events.resize(static_cast<size_t>(end - events.data()));
-  };
-  cut(scratch.starts, starts);
-  cut(scratch.ends, ends);
-  cut(scratch.planars, planars);
+  const Outside outside = axis == 0   ? find_events<0>(references, low, high, scratch)
+                          : axis == 1 ? find_events<1>(references, low, high, scratch)
+                                      : find_events<2>(references, low, high, scratch);
   sort_and_sweep(model, box, axis, outside, scratch, best);
 }
 

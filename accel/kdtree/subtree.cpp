@@ -9,6 +9,7 @@
 #include "accel/vectors.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <limits>
 #include <utility>
@@ -60,8 +61,36 @@ Imath::Box3f bounds_of(std::span<const Reference> references) {
 }
 
 LeafReference id_of(const Reference& reference) { return {reference.geometry, reference.triangle}; }
-uint64_t sort_key(const LeafReference& r) { return uint64_t{r.geometry} << 32 | r.triangle; }
+// Signed, since comparing unsigned vectors takes longer; there are fewer than 2^31 geometries.
+int64_t sort_key(const LeafReference& r) { return static_cast<int64_t>(uint64_t{r.geometry} << 32 | r.triangle); }
 constexpr auto kPrecedes = [](const LeafReference& a, const LeafReference& b) { return sort_key(a) < sort_key(b); };
+
+// Writes different references in order. Few are placed by the number of those before each, counted
+// for four at a time, without branches that could not be predicted.
+void write_sorted(std::span<const Reference> references, LeafReference* out) {
+  constexpr size_t kFew = 32;
+  using Long4 = int64_t __attribute__((vector_size(32)));
+  const size_t count = references.size();
+  if (count > kFew) {
+    for (size_t i = 0; i < count; ++i) out[i] = id_of(references[i]);
+    std::sort(out, out + count, kPrecedes);
+    return;
+  }
+  alignas(32) std::array<int64_t, kFew> keys, places;
+  for (size_t i = 0; i < count; ++i) keys[i] = sort_key(id_of(references[i]));
+  for (size_t i = count; i % 8 != 0; ++i) keys[i] = 0; // not written
+  for (size_t i = 0; i < count; i += 8) {
+    const auto a = load_vector<Long4>(keys.data() + i), b = load_vector<Long4>(keys.data() + i + 4);
+    Long4 before_a{}, before_b{}; // negated counts
+    for (size_t k = 0; k < count; ++k) {
+      before_a += keys[k] < a;
+      before_b += keys[k] < b;
+    }
+    store_vector(places.data() + i, -before_a);
+    store_vector(places.data() + i + 4, -before_b);
+  }
+  for (size_t i = 0; i < count; ++i) out[places[i]] = id_of(references[i]);
+}
 
 // Appends the references of all leaves of a subtree.
 void append_ids(const BinaryNode& node, std::vector<LeafReference>& ids) {
@@ -128,7 +157,8 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std:
 double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
                                   BinaryNode& node) {
   LeafReference* own = arena_.references.allocate(references.size());
-  for (size_t i = 0; i < references.size(); ++i) own[i] = id_of(references[i]);
+  // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
+  write_sorted(references, own);
   make_leaf(context, cell.weight, {own, references.size()}, bounds_of(references), node);
   return CostModel(context.config, cell.box).leaf_cost(references.size());
 }
@@ -206,11 +236,10 @@ void SubtreeBuilder::make_leaf_of_ids(const BuildContext& context, double weight
   make_leaf(context, weight, {own, ids_.size()}, bounds, node);
 }
 
-void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<LeafReference> own,
+void SubtreeBuilder::make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> own,
                                const Imath::Box3f& bounds, BinaryNode& node) {
   assert(!own.empty());
-  // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
-  std::sort(own.begin(), own.end(), kPrecedes);
+  assert(std::is_sorted(own.begin(), own.end(), kPrecedes));
   node = BinaryNode();
   node.bounds = bounds;
   node.count = static_cast<uint32_t>(own.size());

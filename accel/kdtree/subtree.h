@@ -78,9 +78,9 @@ class SubtreeBuilder {
   double build(const BuildContext& context, const Cell& cell, size_t first, size_t count, BinaryNode& node);
   // Makes a leaf of ids_, in any order and with repetitions.
   void make_leaf_of_ids(const BuildContext& context, double weight, const Imath::Box3f& bounds, BinaryNode& node);
-  // `own`: allocated here, each once; they will be sorted.
-  void make_leaf(const BuildContext& context, double weight, std::span<LeafReference> own, const Imath::Box3f& bounds,
-                 BinaryNode& node);
+  // `own`: allocated here, each once, in order.
+  void make_leaf(const BuildContext& context, double weight, std::span<const LeafReference> own,
+                 const Imath::Box3f& bounds, BinaryNode& node);
 
   TreeArena arena_;
   ReferenceBuffer stack_, cut_;
