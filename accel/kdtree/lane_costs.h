@@ -5,6 +5,7 @@
 #include "accel/kdtree/split.h"
 #include "accel/vectors.h"
 
+#include <bit>
 #include <cassert>
 #include <cstddef>
 #include <limits>
@@ -59,13 +60,14 @@ struct LaneBest {
     position = better ? other_position : position;
     choice = better ? other_choice : choice;
   }
-  // Returns the lane with the cheapest plane of all.
-  [[nodiscard]] size_t lane() const {
-    size_t lane = 0;
-    for (size_t i = 1; i < 8; ++i)
-      if (cost[i] < cost[lane]) lane = i;
-    return lane;
+  // Returns the cost of the cheapest plane of all, in all lanes.
+  [[nodiscard]] Float8 least() const {
+    const Float8 pairs = vector_min(cost, __builtin_shufflevector(cost, cost, 1, 0, 3, 2, 5, 4, 7, 6)),
+                 fours = vector_min(pairs, __builtin_shufflevector(pairs, pairs, 2, 3, 0, 1, 6, 7, 4, 5));
+    return vector_min(fours, __builtin_shufflevector(fours, fours, 4, 5, 6, 7, 0, 1, 2, 3));
   }
+  // Returns the first lane with that plane.
+  [[nodiscard]] size_t lane() const { return static_cast<size_t>(std::countr_zero(sign_bits(cost == least()))); }
   [[nodiscard]] bool found(size_t lane) const { return cost[lane] < std::numeric_limits<float>::infinity(); }
 };
 

@@ -3,31 +3,55 @@
 #include "accel/kdtree/leaf_block.h"
 
 #include "accel/kdtree/triangle_packer.h"
+#include "accel/vectors.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cstring>
 
 namespace kindling::accel::kd {
 namespace {
 
+// 16 numbers, written and compared as vectors: a vector that is loaded where a single number was
+// stored would wait for it.
+struct Sixteen {
+  Int8 low{}, high{};
+
+  // Returns a bit for each number that equals x.
+  [[nodiscard]] uint32_t equal(uint32_t x) const {
+    const Int8 wanted = Int8{} + static_cast<int32_t>(x);
+    return sign_bits(low == wanted) | sign_bits(high == wanted) << 8;
+  }
+  void set(uint32_t number, uint32_t x) {
+    constexpr Int8 kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    const Int8 at = Int8{} + static_cast<int32_t>(number), value = Int8{} + static_cast<int32_t>(x);
+    low = kLanes == at ? value : low;
+    high = kLanes + 8 == at ? value : high;
+  }
+};
+static_assert(sizeof(Sixteen) == kBlockVertices * sizeof(uint32_t));
+
 // Collects triangles until the block is full.
 class BlockBuilder {
  public:
-  BlockBuilder() { place_.fill(kFree); }
-
   [[nodiscard]] bool is_full() const { return triangles_.count() == kBlockTriangles; }
   // Returns false if the triangle does not fit.
   bool add(const Geometry& geometry, uint32_t triangle) {
     if (is_full()) return false;
     const uint32_t before = vertices_;
+    if (geometry.first_primitive != geometry_) {
+      geometry_ = geometry.first_primitive;
+      known_ = 0;
+    }
     uint32_t corners = 0;
     for (uint32_t corner = 0; corner < 3; ++corner) {
       const uint32_t index = geometry.mesh.indices[3 * static_cast<size_t>(triangle) + corner];
       const uint32_t vertex = number_of(geometry, index);
       if (vertex == kBlockVertices) {
-        while (vertices_ > before)
-          place_[slot_[--vertices_]] = kFree; // in reverse order, to keep probe sequences intact
+        vertices_ = before;
+        known_ &= (1U << before) - 1;
         return false;
       }
       corners |= vertex << (4 * corner);
@@ -44,54 +68,46 @@ class BlockBuilder {
     words[0] = vertices_ | (more ? units : 0U) << LeafBlock::kNextShift | triangles_.header();
     // Copies of a fixed size; the next row overwrites what is too much.
     for (uint32_t axis = 0; axis < 3; ++axis)
-      std::memcpy(words + 1 + axis * vertices_, position_[axis].data(), sizeof(position_[axis]));
+      std::memcpy(words + 1 + axis * vertices_, &position_[axis], sizeof(Sixteen));
     triangles_.write(words + 1 + 3 * vertices_);
     words[1 + 3 * vertices_ + triangle_words] = 0; // the padding, if there is any
     out.insert(out.end(), block.begin(), block.begin() + units);
     vertices_ = 0;
+    known_ = 0;
     triangles_.clear();
-    place_.fill(kFree);
   }
 
  private:
   static constexpr uint32_t kMaxUnits =
       LeafBlock::units_for(kBlockVertices, BlockTriangles::words_for(kBlockTriangles, 32));
-  static constexpr uint32_t kSlots = 64; // size of the hash table with linear probing
-  static constexpr uint8_t kFree = 0xff;
 
   // Returns the number of a vertex, added if new; kBlockVertices if the block is full. Most are
-  // found by their index; entries of the table may be out of date, and are compared.
+  // found by their index, which loads no position.
   uint32_t number_of(const Geometry& geometry, uint32_t index) {
-    const uint64_t key = uint64_t{geometry.first_primitive} << 32 | index;
-    uint8_t& quick = by_index_[(index * 0x9e3779b1U) >> 26];
-    if (quick < vertices_ && key_[quick] == key) return quick;
-    const uint32_t number = number_of(geometry.mesh.positions[index]);
-    if (number == kBlockVertices) return number;
-    quick = static_cast<uint8_t>(number);
-    key_[number] = key;
+    if (const uint32_t found = index_.equal(index) & known_; found != 0)
+      return static_cast<uint32_t>(std::countr_zero(found));
+    uint32_t bits[3];
+    std::memcpy(bits, &geometry.mesh.positions[index], sizeof(bits));
+    const uint32_t same = position_[0].equal(bits[0]) & position_[1].equal(bits[1]) & position_[2].equal(bits[2]) &
+                          ((1U << vertices_) - 1);
+    uint32_t number = vertices_;
+    if (same != 0) {
+      number = static_cast<uint32_t>(std::countr_zero(same));
+    } else {
+      if (number == kBlockVertices) return number;
+      for (uint32_t axis = 0; axis < 3; ++axis) position_[axis].set(number, bits[axis]);
+      ++vertices_;
+    }
+    index_.set(number, index);
+    known_ |= 1U << number;
     return number;
   }
-  uint32_t number_of(const Imath::V3f& p) {
-    uint32_t bits[3];
-    std::memcpy(bits, &p, sizeof(bits));
-    uint32_t slot = ((bits[0] ^ (bits[1] * 0x85ebca6bU) ^ (bits[2] * 0xc2b2ae35U)) * 0x9e3779b1U) >> 26;
-    for (; place_[slot] != kFree; slot = (slot + 1) % kSlots) {
-      const uint32_t i = place_[slot];
-      if (position_[0][i] == bits[0] && position_[1][i] == bits[1] && position_[2][i] == bits[2]) return i;
-    }
-    if (vertices_ == kBlockVertices) return kBlockVertices;
-    for (uint32_t axis = 0; axis < 3; ++axis) position_[axis][vertices_] = bits[axis];
-    place_[slot] = static_cast<uint8_t>(vertices_);
-    slot_[vertices_] = static_cast<uint8_t>(slot);
-    return vertices_++;
-  }
 
-  std::array<std::array<uint32_t, kBlockVertices>, 3> position_; // by axis, as bit patterns
+  std::array<Sixteen, 3> position_; // by axis, as bit patterns
   TrianglePacker triangles_;
-  std::array<uint64_t, kBlockVertices> key_;   // mesh and index by which a vertex was last met
-  std::array<uint8_t, 64> by_index_{};         // hash table of vertex numbers by their index
-  std::array<uint8_t, kSlots> place_;          // hash table of vertex indices
-  std::array<uint8_t, kBlockVertices> slot_{}; // hash table slot of each vertex
+  Sixteen index_;         // by which a vertex was last met
+  uint32_t known_ = 0;    // bits of the vertices with an index of the present mesh
+  uint32_t geometry_ = 0; // the present mesh, by its first primitive
   uint32_t vertices_ = 0;
 };
 
