@@ -61,13 +61,13 @@ struct LaneBest {
     choice = better ? other_choice : choice;
   }
   // Returns the cost of the cheapest plane of all, in all lanes.
-  [[nodiscard]] Float8 least() const {
+  [[nodiscard]] Float8 cheapest() const {
     const Float8 pairs = vector_min(cost, __builtin_shufflevector(cost, cost, 1, 0, 3, 2, 5, 4, 7, 6)),
                  fours = vector_min(pairs, __builtin_shufflevector(pairs, pairs, 2, 3, 0, 1, 6, 7, 4, 5));
     return vector_min(fours, __builtin_shufflevector(fours, fours, 4, 5, 6, 7, 0, 1, 2, 3));
   }
   // Returns the first lane with that plane.
-  [[nodiscard]] size_t lane() const { return static_cast<size_t>(std::countr_zero(sign_bits(cost == least()))); }
+  [[nodiscard]] size_t lane() const { return static_cast<size_t>(std::countr_zero(sign_bits(cost == cheapest()))); }
   [[nodiscard]] bool found(size_t lane) const { return cost[lane] < std::numeric_limits<float>::infinity(); }
 };
 
