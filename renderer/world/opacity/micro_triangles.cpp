@@ -44,13 +44,14 @@ TexelTriangle::TexelTriangle(const std::array<float, 6>& texcoords, const Textur
 int TexelTriangle::level(double texels, int max_level) const {
   if (!is_readable_) return 0;
   const double area = 0.5 * std::abs(along_u_.x * along_v_.y - along_u_.y * along_v_.x);
-  if (!(area > texels)) return 0;
-  return std::min(static_cast<int>(std::lround(0.5 * std::log2(area / texels))), max_level);
+  int level = 0; // a level more divides by four; the nearest one on a logarithmic scale
+  for (double of_micro = area; of_micro > 2.0 * texels && level < max_level; of_micro *= 0.25) ++level;
+  return level;
 }
 
 Opacity TexelTriangle::opacity(const AlphaClasses& classes, int level, const MicroTriangle& micro) const {
   if (!is_readable_) return Opacity::mixed;
-  const double step = std::ldexp(1.0, -level);
+  const double step = 1.0 / static_cast<double>(1U << static_cast<uint32_t>(level));
   const auto at = [&](uint32_t i, uint32_t j) -> Point {
     const double u = i * step, v = j * step;
     return {origin_.x + along_u_.x * u + along_v_.x * v, origin_.y + along_u_.y * u + along_v_.y * v};
