@@ -90,8 +90,8 @@ Float8 margins_of(const BuildMeshes& meshes, Float8 extent, Float8 corner_low, F
 template <int kAxis, int kLane>
 void write_part(Float4 low, Float4 high, Float4 low_across, Float4 high_across, const Reference& reference,
                 Reference& part) {
-  constexpr int kIds = 7; // a lane of the second vector
   const auto lanes = [](Float4 beside, Float4 across, Float4 ids) {
+    constexpr int kIds = 7; // a lane of the second vector
     Float4 out;
     if constexpr (kAxis == 0) out = __builtin_shufflevector(beside, across, 4, kLane, kLane + 1, kIds);
     if constexpr (kAxis == 1) out = __builtin_shufflevector(beside, across, kLane + 1, 5, kLane, kIds);
@@ -107,8 +107,10 @@ void write_part(Float4 low, Float4 high, Float4 low_across, Float4 high_across, 
 template <int kAxis>
 void split_across(const BuildMeshes& meshes, const Reference& a, const Reference& b, float position,
                   SplitReference& parts_a, SplitReference& parts_b) {
-  constexpr int j = kAxis == 2 ? 0 : kAxis + 1, k = kAxis == 0 ? 2 : kAxis - 1; // the other axes
-  const auto beside = [](Float8 v) { return __builtin_shufflevector(v, v, j, k, j, k, j + 4, k + 4, j + 4, k + 4); };
+  const auto beside = [](Float8 v) {
+    constexpr int j = kAxis == 2 ? 0 : kAxis + 1, k = kAxis == 0 ? 2 : kAxis - 1; // the other axes
+    return __builtin_shufflevector(v, v, j, k, j, k, j + 4, k + 4, j + 4, k + 4);
+  };
   const auto across = [](Float8 v) {
     constexpr int l = kAxis;
     return __builtin_shufflevector(v, v, l, l, l, l, l + 4, l + 4, l + 4, l + 4);

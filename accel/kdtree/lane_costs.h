@@ -44,7 +44,7 @@ struct LaneCosts {
   [[nodiscard]] Float8 operator()(Float8 position, Int8 left, Int8 right) const {
     const Float8 cost = (base + slope * (position - box_low)) * leaf_cost(left) +
                         (base + slope * (box_high - position)) * leaf_cost(right);
-    return (left == 0) | (right == 0) ? cost * bonus : cost;
+    return ((left == 0) | (right == 0)) ? cost * bonus : cost;
   }
 };
 
