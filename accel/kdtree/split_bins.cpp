@@ -19,9 +19,10 @@ namespace kindling::accel::kd {
 namespace {
 
 constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
-// Of many references a part is counted, at least so many, unless the best plane does not clearly
-// cost less than a leaf: one that is chosen by estimates costs more than it seems to.
+// Bins of at least twice this many references count a sample of at least this many.
 constexpr size_t kSample = 1024;
+// If the best plane of a sample costs more than this fraction of a leaf, all references are
+// counted: a plane that was chosen by estimates costs more than its estimate.
 constexpr double kClearGain = 0.9;
 constexpr uint32_t kMinBins = 32, kMaxBins = 256;
 // Lanes of a Reference: lower bounds on three axes, an id, upper bounds, an id.

@@ -61,13 +61,13 @@ struct Leaves {
 
   void build(const TextureView& texture) {
     textures = {texture};
-    const auto vertices = static_cast<uint32_t>(coordinates.size() / 2);
+    geometry.stride = geometry.color_offset == GeometryView::kAbsent ? 2 : 6;
+    const auto vertices = static_cast<uint32_t>(coordinates.size() / geometry.stride);
     positions.assign(vertices, V3f(0.0f));
     for (uint32_t i = 0; i < vertices; ++i) indices.push_back(i);
     geometry.positions = positions;
     geometry.indices = indices;
     geometry.attributes = coordinates;
-    geometry.stride = 2;
     geometry.texcoord_offset[0] = 0;
     material.base_color.texture = 0;
     reading.geometries = {&geometry, 1};
@@ -292,6 +292,17 @@ TEST(OpacityMicromaps, MeshesThatOtherThingsDecideHaveNone) {
   EXPECT_EQ(maps_of([](Leaves& l) { l.material.alpha_mode = AlphaMode::opaque; }), 0U);
   EXPECT_EQ(maps_of([](Leaves& l) { l.material.thin_wall = true; }), 0U);
   EXPECT_EQ(maps_of([](Leaves& l) { l.material.base_color.texcoord = 1; }), 0U);
+  // A vertex color after the two texture coordinates of each record.
+  const auto with_alpha = [](float alpha) {
+    return [alpha](Leaves& l) {
+      l.geometry.color_offset = 2;
+      for (size_t corner = 3; corner-- > 0;)
+        l.coordinates.insert(l.coordinates.begin() + static_cast<ptrdiff_t>(2 * corner + 2), {1.0f, 1.0f, 1.0f, alpha});
+    };
+  };
+  EXPECT_EQ(maps_of(with_alpha(1.0f)), 1U);
+  EXPECT_EQ(maps_of(with_alpha(0.5f)), 0U);
+  EXPECT_EQ(maps_of(with_alpha(1.5f)), 0U);
 }
 
 // Texels of a row, by reading them one by one.

@@ -90,7 +90,7 @@ class InstanceStream : StreamSteps<kAny, TreesInTurn, BestHits> {
   using typename Steps::Slot, typename Steps::Offsets, typename Steps::Queue;
   using Place = TreesInTurn::Place;
   using Steps::at_node_, Steps::at_leaf_, Steps::done_, Steps::done_count_, Steps::free_, Steps::free_count_,
-      Steps::filter_, Steps::kSlots;
+      Steps::filter_, Steps::kSlots, Steps::prepared_, Steps::next_, Steps::waiting_;
 
  public:
   static bool can_trace(const InstanceLevel& level) { return level.depth() <= TreesInTurn::kMaxDepth; }
@@ -108,10 +108,11 @@ class InstanceStream : StreamSteps<kAny, TreesInTurn, BestHits> {
   // if kAny, makes it negative.
   template <class Calls>
   void trace(std::span<const Ray> rays, const Calls& calls) {
-    for (uint32_t s = 0; s < kSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
-    free_count_ = kSlots;
+    this->free_all_slots();
+    const auto prepare_rays = [&] { prepare(rays, calls); };
+    const auto begin_ray = [this](uint32_t offset, uint32_t i) { begin(offset, i); };
     while (true) {
-      fill(rays, calls);
+      this->fill(rays.size(), prepare_rays, begin_ray);
       if (free_count_ == kSlots || filter_.abandoned()) break;
       descend_level();
       if (at_box_.count >= kRayLanes || at_node_.count + at_leaf_.count + at_level_.count < kRayLanes)
@@ -138,27 +139,16 @@ class InstanceStream : StreamSteps<kAny, TreesInTurn, BestHits> {
       leaving_[leaving_count_++] = offset;
   }
 
-  template <class Calls>
-  void fill(std::span<const Ray> rays, const Calls& calls) {
-    while (free_count_ != 0) {
-      if (waiting_ == 0) {
-        if (next_ == rays.size()) return;
-        prepare(rays, calls);
-        continue;
-      }
-      const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
-      waiting_ &= waiting_ - 1;
-      const uint32_t offset = free_[--free_count_];
-      Slot& s = this->slot(offset);
-      s.at = prepared_.rays[i];
-      s.ray = numbers_[i];
-      begin_level(s);
-      if (world_ != nullptr && ((prepared_.enter >> i) & 1U) != 0) {
-        s.place.set_tree(*world_, kNoId);
-        this->begin_tree(offset, world_->root);
-      } else {
-        leave(offset);
-      }
+  // Begins with a prepared ray, in the world's tree if it enters that.
+  void begin(uint32_t offset, uint32_t prepared) {
+    Slot& s = this->slot(offset);
+    s.ray = numbers_[prepared];
+    begin_level(s);
+    if (world_ != nullptr && ((prepared_.enter >> prepared) & 1U) != 0) {
+      s.place.set_tree(*world_, kNoId);
+      this->begin_tree(offset, world_->root);
+    } else {
+      leave(offset);
     }
   }
   // Prepares the ray of a slot, which is in world space, to begin at the root of the hierarchy.
@@ -326,10 +316,8 @@ class InstanceStream : StreamSteps<kAny, TreesInTurn, BestHits> {
   Queue at_level_, at_box_;
   std::array<uint32_t, kSlots> leaving_; // rays that have left a tree
   uint32_t leaving_count_ = 0;
-  PreparedRays prepared_, entering_;
+  PreparedRays entering_;
   std::array<uint32_t, kRayLanes> numbers_; // of the prepared rays
-  size_t next_ = 0;                         // index of the next ray to prepare
-  uint32_t waiting_ = 0;                    // bit i: prepared ray i has no slot yet
 };
 
 // The calls of a stream through instances for the answers of a batch, a hit or a byte for each ray.

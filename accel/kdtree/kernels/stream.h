@@ -14,7 +14,7 @@ template <bool kAny, class Hits = BestHits>
 class Stream : StreamSteps<kAny, OneTree, Hits> {
   using Steps = StreamSteps<kAny, OneTree, Hits>;
   using Steps::at_node_, Steps::at_leaf_, Steps::done_, Steps::done_count_, Steps::free_, Steps::free_count_,
-      Steps::filter_, Steps::hits_;
+      Steps::filter_, Steps::hits_, Steps::prepared_, Steps::next_, Steps::waiting_;
   using typename Steps::Slot;
 
  public:
@@ -25,10 +25,14 @@ class Stream : StreamSteps<kAny, OneTree, Hits> {
   template <class Finish>
   void trace(std::span<const Ray> rays, const Finish& finish) {
     if (tree().root == kEmptyChild) return;
-    for (uint32_t s = 0; s < Steps::kSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
-    free_count_ = Steps::kSlots;
+    this->free_all_slots();
+    const auto prepare_rays = [&] { prepare(rays, finish); };
+    const auto begin = [this](uint32_t offset, uint32_t i) {
+      this->slot(offset).ray = static_cast<uint32_t>(first_prepared_ + i);
+      this->begin_tree(offset, tree().root);
+    };
     while (true) {
-      fill(rays, finish);
+      this->fill(rays.size(), prepare_rays, begin);
       if (at_node_.count + at_leaf_.count == 0 || filter_.abandoned()) break;
       this->descend();
       this->test_leaves(rays);
@@ -44,24 +48,6 @@ class Stream : StreamSteps<kAny, OneTree, Hits> {
  private:
   [[nodiscard]] const Tree& tree() const { return this->trees_.tree; }
 
-  // Puts waiting rays into free slots while there are both.
-  template <class Finish>
-  void fill(std::span<const Ray> rays, const Finish& finish) {
-    while (free_count_ != 0) {
-      if (waiting_ == 0) {
-        if (next_ == rays.size()) return;
-        prepare(rays, finish);
-        continue;
-      }
-      const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
-      waiting_ &= waiting_ - 1;
-      const uint32_t offset = free_[--free_count_];
-      auto& taken = this->slot(offset);
-      taken.at = prepared_.rays[i];
-      taken.ray = static_cast<uint32_t>(first_prepared_ + i);
-      this->begin_tree(offset, tree().root);
-    }
-  }
   template <class Finish>
   void prepare(std::span<const Ray> rays, const Finish& finish) {
     const std::span<const Ray> part = rays.subspan(next_, std::min<size_t>(kRayLanes, rays.size() - next_));
@@ -78,9 +64,7 @@ class Stream : StreamSteps<kAny, OneTree, Hits> {
     }
   }
 
-  PreparedRays prepared_;
-  size_t next_ = 0, first_prepared_ = 0; // index of the next ray to prepare; index of the first prepared
-  uint32_t waiting_ = 0;                 // bit i: prepared ray i has no slot yet
+  size_t first_prepared_ = 0; // index of the first prepared ray
 };
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

@@ -93,6 +93,29 @@ class StreamSteps {
     return LeafBlock(trees_.leaves(s.place) + (leaf & ~kLeafBit));
   }
 
+  void free_all_slots() {
+    for (uint32_t s = 0; s < kSlots; ++s) free_[s] = s * static_cast<uint32_t>(sizeof(Slot));
+    free_count_ = kSlots;
+  }
+  // Puts prepared rays into free slots while there are both. prepare() prepares rays of `count`
+  // from `next_` on, which it advances, and sets `waiting_`; begin(offset, i) takes up prepared ray
+  // i in the slot at `offset`, whose `at` is set.
+  template <class Prepare, class Begin>
+  void fill(size_t count, const Prepare& prepare, const Begin& begin) {
+    while (free_count_ != 0) {
+      if (waiting_ == 0) {
+        if (next_ == count) return;
+        prepare();
+        continue;
+      }
+      const auto i = static_cast<uint32_t>(std::countr_zero(waiting_));
+      waiting_ &= waiting_ - 1;
+      const uint32_t offset = free_[--free_count_];
+      slot(offset).at = prepared_.rays[i];
+      begin(offset, i);
+    }
+  }
+
   // Puts the ray of a slot, whose `at`, `ray` and `place` are set, at the root of a tree.
   void begin_tree(uint32_t offset, ChildWord root) {
     Slot& s = slot(offset);
@@ -302,6 +325,9 @@ class StreamSteps {
   Queue at_node_, at_leaf_;
   alignas(64) Offsets done_, free_;
   uint32_t done_count_ = 0, free_count_ = 0;
+  PreparedRays prepared_;
+  size_t next_ = 0;      // index of the next ray to prepare
+  uint32_t waiting_ = 0; // bit i: prepared ray i has no slot yet
   std::array<TestedBlock, kSlots> tested_;
   alignas(64) std::array<std::byte, kSlots * sizeof(Slot)> slots_;
 };

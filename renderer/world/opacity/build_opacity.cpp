@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -20,17 +19,18 @@ namespace {
 
 using View = OpacityMicromapsView;
 
-// Micro-triangles have this area in texels, or four times as much as often as the budget asks.
+// The area of a micro-triangle in texels. It is multiplied by four until the budget suffices.
 constexpr double kTexelsOfMicroTriangle = 16.0;
 
 // Micro-triangles of all maps together: these, and two for each triangle.
 constexpr size_t kMinBudget = size_t{1} << 19U;
 constexpr size_t budget(size_t triangles) { return kMinBudget + 2 * triangles; }
 
+// True if vertex colors leave alpha as it is.
 bool has_opaque_colors(const GeometryView& geometry) {
   if (geometry.color_offset == GeometryView::kAbsent) return true;
   for (uint32_t v = 0; v < geometry.positions.size(); ++v)
-    if (geometry.record(v)[geometry.color_offset + 3] < 1.0f) return false;
+    if (geometry.record(v)[geometry.color_offset + 3] != 1.0f) return false;
   return true;
 }
 
