@@ -176,11 +176,19 @@ float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
   }
 }
 
+float LayeredBsdf::choice_alpha(Choice c) const {
+  switch (c) {
+  case kCoat: return coat_ ? coat_->alpha() : kInfinity;
+  case kGlass: return glass_ ? glass_->alpha() : kInfinity;
+  case kGlossy: return base_.alpha();
+  default: return kInfinity;
+  }
+}
+
 float LayeredBsdf::smooth_share(float max_alpha) const {
   float share = 0.0f;
-  if (coat_ && coat_->alpha() <= max_alpha) share += choice_probability(kCoat);
-  if (glass_ && glass_->alpha() <= max_alpha) share += choice_probability(kGlass);
-  if (base_.alpha() <= max_alpha) share += choice_probability(kGlossy);
+  for (const Choice c : {kCoat, kGlass, kGlossy})
+    if (choice_alpha(c) <= max_alpha) share += choice_probability(c);
   return share;
 }
 

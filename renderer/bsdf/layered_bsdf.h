@@ -63,6 +63,8 @@ class LayeredBsdf {
   // Returns the solid-angle density, including the choice of the lobe; for the coat, the glass and
   // the glossy base.
   [[nodiscard]] float choice_density(Choice c, const V3f& wi) const;
+  // Returns the alpha of the microfacets of these lobes, the larger one; infinity for others.
+  [[nodiscard]] float choice_alpha(Choice c) const;
   // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
   // `max_alpha` have.
   [[nodiscard]] float smooth_share(float max_alpha) const;

@@ -9,19 +9,23 @@ namespace kindling {
 
 namespace {
 
+// Faint reflections are left to paths from the camera.
+constexpr float kMinCoat = 0.1f;
+
+bool has_narrow_base(const ShadingMaterial& material) {
+  // With a texture, specular-glossiness has no upper bound of its roughness.
+  if (material.specular_glossiness && material.specular_color.present()) return false;
+  return material.roughness_factor <= kMaxCasterRoughness &&
+         (material.metallic_factor > 0.0f || material.specular_factor > 0.0f);
+}
+
 bool is_caster(const WorldView& world, const ShadingMaterial& material) {
-  if (material.unlit || material.alpha_mode == AlphaMode::blend) return false;
-  if (material.roughness_factor > kMaxCasterRoughness) return false;
-  if (material.layers == kNone)
-    return material.metallic_factor >= 0.9f && !material.metallic_roughness.present() && !material.specular_glossiness;
+  // Light passes thin walls in a straight line.
+  if (material.unlit || material.thin_wall || material.alpha_mode == AlphaMode::blend) return false;
+  if (has_narrow_base(material)) return true;
+  if (material.layers == kNone) return false;
   const LayerMaterial& layers = world.layer_materials[static_cast<size_t>(material.layers)];
-  if (layers.clearcoat_factor > 0.0f || max_component(layers.sheen_color_factor) > 0.0f) return false;
-  if (layers.volume) {
-    const Medium& inside = world.media[static_cast<size_t>(material.layers)];
-    return layers.transmission_factor >= 0.5f && is_black(inside.scattering) && inside.dispersion == 0.0f;
-  }
-  return layers.transmission_factor == 0.0f && layers.diffuse_transmission_factor == 0.0f &&
-         material.metallic_factor >= 0.9f && !material.metallic_roughness.present();
+  return layers.clearcoat_factor >= kMinCoat && layers.clearcoat_roughness_factor <= kMaxCasterRoughness;
 }
 
 // Divides boxes at the middle of their longest extent until each group has one sphere.

@@ -10,8 +10,8 @@
 
 namespace kindling {
 
-// Returns, by material, 1 for those that focus light: glass with an inside, and metal, both not
-// rougher than kMaxCasterRoughness and without layers that are not reciprocal.
+// Returns, by material, 1 for those that focus light by narrow lobes: glass, metal, coats and
+// glossy surfaces whose roughness nowhere exceeds kMaxCasterRoughness.
 [[nodiscard]] std::vector<uint8_t> find_caster_materials(const WorldView& world);
 inline constexpr float kMaxCasterRoughness = 0.35f;
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/light_paths.h"
 
+#include "renderer/integrator/camera_sight.h"
 #include "renderer/integrator/casters.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/stages/prepare_path.h"
@@ -14,8 +15,8 @@ namespace kindling {
 
 namespace {
 
-// Dimensions of a light path's draws; each bounce has two more.
-enum Dimension : uint32_t { kChoice = 0, kPosition = 1, kDirection = 2, kFirstBounce = 3 };
+// Dimensions of a light path's draws; each bounce has two more, and one for a wavelength.
+enum Dimension : uint32_t { kChoice = 0, kPosition = 1, kDirection = 2, kFirstBounce = 3, kFirstWavelength = 256 };
 
 // Paths are ended at random from this bounce on.
 constexpr uint8_t kFirstRoulette = 3;
@@ -31,9 +32,12 @@ struct Seen {
   SurfacePoint surface;
   Frame frame;
   std::optional<SurfaceBsdf> bsdf;
+  PathStages::LayersHere layers;
 
-  // `in_medium`: the side of wo is inside of the medium `material`.
-  void look(const PathStages& stages, const V3f& wo, bool in_medium, uint32_t material) {
+  // `in_medium`: the side of wo is inside of the medium `material`. `wavelength_nm`: 0 for all, of
+  // which dispersive glass chooses one by `u_wavelength`.
+  void look(const PathStages& stages, const V3f& wo, bool in_medium, uint32_t material, float wavelength_nm,
+            float u_wavelength) {
     if (!surface.layered) {
       frame = Frame::around(surface.shading_normal);
       bsdf.emplace(surface.bsdf, nullptr, frame.to_local(wo));
@@ -44,7 +48,8 @@ struct Seen {
     MediumStack media;
     if (in_medium) media.enter(material);
     state.in_medium = in_medium;
-    static_cast<void>(stages.resolve_layers(surface, frame, state, media, 0.0f));
+    state.wavelength_nm = wavelength_nm;
+    layers = stages.resolve_layers(surface, frame, state, media, u_wavelength);
     bsdf.emplace(surface.bsdf, &surface.layers.bsdf, frame.to_local(wo));
   }
   // Returns f |cos| for light from wi; black where shading and geometric normal disagree on its
@@ -54,6 +59,10 @@ struct Seen {
     if (!surface.layered && side <= 0.0f) return Rgb(0.0f);
     if ((side > 0.0f) != (wi.dot(frame.normal) > 0.0f)) return Rgb(0.0f);
     return bsdf->eval(frame.to_local(wi)).value;
+  }
+  // Returns LightPathView::narrow_steps() for light from wi.
+  [[nodiscard]] uint32_t narrow_steps(const V3f& wi) const {
+    return LightPathView::narrow_steps(*bsdf, frame.to_local(wi), false);
   }
   // Returns the density of a cosine lobe over that of the directions that the guide chooses.
   [[nodiscard]] float cosine_over_density(const PathStages& stages, const V3f& from_camera, const V3f& wi) const {
@@ -70,43 +79,6 @@ void look_from(const WorldView& world, const V3f& position, const V3f& wo, const
   accel::Hit seen = hit;
   seen.t = 1.0f;
   world.surface_at(ray, seen, surface);
-}
-
-// A point as the camera sees it.
-struct Sight {
-  V3f eye;       // on the lens, or in the plane of an orthographic camera
-  V3f direction; // unit, from the eye
-  float distance = 0.0f;
-  V2f film_px;
-};
-
-std::optional<Sight> see(const CameraView& camera, const V3f& point, const V2f& lens_u) {
-  const CameraView::Basis& basis = camera.basis;
-  Sight sight;
-  const float depth = (point - basis.position).dot(basis.forward);
-  if (!(depth > 0.0f)) return std::nullopt;
-  V3f on_film;
-  if (camera.orthographic) {
-    on_film = sight.eye = point - basis.forward * depth;
-    sight.distance = depth;
-    sight.direction = basis.forward;
-  } else {
-    V3f offset(0.0f);
-    if (camera.lens) {
-      const V2f on_lens = camera.lens->aperture.sample(lens_u, V2f(0.0f));
-      offset = basis.right * on_lens.x + basis.up * on_lens.y;
-    }
-    sight.eye = basis.position + offset;
-    const V3f from_eye = point - sight.eye;
-    sight.distance = from_eye.length();
-    sight.direction = from_eye / sight.distance;
-    on_film = from_eye / depth;
-    if (camera.lens) on_film += offset * (1.0f / camera.lens->focus_distance_m);
-  }
-  on_film -= basis.film_corner;
-  sight.film_px = {on_film.dot(basis.film_dx) / basis.film_dx.length2(),
-                   on_film.dot(basis.film_dy) / basis.film_dy.length2()};
-  return sight;
 }
 
 } // namespace
@@ -226,10 +198,9 @@ bool LightPaths::scatter(const PathStages& stages, const accel::Hit& hit, accel:
     if (context.measures) path.arriving = arriving_density(path.emitted, surface.position);
   }
   if (is_black(path.throughput)) return false;
-  if (!caster) {
-    if (surface.layered && surface.layers.boundary) return false;
-    if (!path.in_medium) join_camera(stages, surface, hit, ray, path, context);
-  }
+  const bool boundary = surface.layered && surface.layers.boundary;
+  if (boundary && !caster) return false;
+  if (path.bounces > 0 && !boundary && !path.in_medium) join_camera(stages, surface, hit, ray, path, context);
   return bounce(stages, surface, hit, ray, path);
 }
 
@@ -238,6 +209,22 @@ bool LightPaths::pass_straight(const PathStages& stages, SurfacePoint& surface, 
   path.throughput *= stages.thin_wall_transmittance(surface, -ray.direction);
   ray.origin = offset_ray_origin(surface, ray.direction);
   return !is_black(path.throughput) && ++path.thin_walls <= kMaxTransparentSurfaces;
+}
+
+// Gives a path that is refracted at dispersive glass its wavelength. False: such paths are left to
+// the camera's.
+bool LightPaths::take_color(uint32_t material, bool crosses, const PathStages::LayersHere& layers,
+                            LightPathContext::Path& path) const {
+  if (!(world_.medium(material).dispersion > 0.0f)) return true;
+  const bool dispersed = path.wavelength_nm != 0.0f;
+  if (mixes_colors(crosses, path.in_medium, dispersed, path.reflected_undispersed)) return false;
+  if (!crosses) {
+    path.reflected_undispersed |= !dispersed;
+  } else if (!dispersed) {
+    path.throughput *= layers.wavelength_weight;
+    path.wavelength_nm = layers.wavelength_nm;
+  }
+  return true;
 }
 
 bool LightPaths::bounce(const PathStages& stages, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,
@@ -249,11 +236,14 @@ bool LightPaths::bounce(const PathStages& stages, SurfacePoint& surface, const a
     return false;
   const Draws draws{path.key, path.index};
   const V3f to_light = -ray.direction;
-  Seen from_light{surface, {}, {}};
-  from_light.look(stages, to_light, path.in_medium, path.material);
-  const V2f choice = draws(kFirstBounce + 2U * path.bounces);
-  const std::optional<BsdfSample> sampled =
-      from_light.bsdf->sample(choice.x, draws(kFirstBounce + 2U * path.bounces + 1));
+  Seen from_light{surface, {}, {}, {}};
+  from_light.look(stages, to_light, path.in_medium, path.material, path.wavelength_nm,
+                  draws(kFirstWavelength + path.bounces).x);
+  const V2f choice = draws(kFirstBounce + 2U * path.bounces), direction = draws(kFirstBounce + 2U * path.bounces + 1);
+  const bool first = path.bounces == 0; // it is a caster
+  const std::optional<BsdfSample> sampled = first
+                                                ? sample_narrow(*from_light.bsdf, choice.x, direction, kMaxNarrowAlpha)
+                                                : from_light.bsdf->sample(choice.x, direction);
   if (!sampled) return false;
   const V3f wi = from_light.frame.to_world(sampled->wi);
   const bool crosses = sampled->wi.z < 0.0f;
@@ -265,10 +255,16 @@ bool LightPaths::bounce(const PathStages& stages, SurfacePoint& surface, const a
   } else {
     Seen from_camera;
     look_from(world_, surface.position, wi, hit, ray.time, from_camera.surface);
-    from_camera.look(stages, wi, inside, boundary ? surface.material : path.material);
+    from_camera.look(stages, wi, inside, boundary ? surface.material : path.material, from_light.layers.wavelength_nm,
+                     0.0f);
     path.throughput *= from_camera.eval(to_light) *
                        (std::abs(along) / (std::abs(to_light.dot(surface.geometric_normal)) * sampled->pdf));
+    if (first) path.throughput *= share_of(kShares, from_camera.narrow_steps(to_light));
   }
+  if (first) path.narrow_probability = narrow_probability(*from_light.bsdf, kMaxNarrowAlpha);
+  // Random walks are left to the camera's.
+  if (boundary && inside && !is_black(world_.medium(surface.material).scattering)) return false;
+  if (boundary && !take_color(surface.material, crosses, from_light.layers, path)) return false;
   if (is_black(path.throughput) || !is_finite(path.throughput)) return false;
   path.thin_walls = 0;
   path.lobes[path.bounces++] = {sampled->lobe, sampled->pdf};
@@ -325,9 +321,10 @@ void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surfa
 
   Seen seen;
   look_from(world_, surface.position, -direction, hit, ray.time, seen.surface);
-  seen.look(stages, -direction, false, 0);
+  seen.look(stages, -direction, false, 0, 0.0f, 0.0f);
   const V3f to_light = -ray.direction;
-  const Rgb value = seen.eval(to_light);
+  Rgb value = seen.eval(to_light);
+  if (is_caster(surface.material)) value *= share_of(kShares - seen.narrow_steps(to_light), kShares);
   if (is_black(value)) return;
   const float density = camera_density(camera_, direction, distance, surface.geometric_normal);
   const float ratio = ratio_scale(density) * path.emitted.density;
@@ -339,7 +336,7 @@ void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surfa
   const float target_distance = to_target.length();
   float traced_ratio = 0.0f;
   if (context.measures) {
-    const float found = 1.0f / (ratio * seen.cosine_over_density(stages, direction, to_light));
+    const float found = path.narrow_probability / (ratio * seen.cosine_over_density(stages, direction, to_light));
     const float sampled =
         path.lobes[0].pdf > 0.0f ? 1.0f / (ratio_scale(density) * path.arriving * path.lobes[0].pdf) : 0.0f;
     traced_ratio = 1.0f / (found + sampled);

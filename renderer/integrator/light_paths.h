@@ -33,6 +33,9 @@ struct LightPathContext {
     uint32_t key = 0, index = 0;   // of its random numbers
     uint32_t material = 0;         // of the medium around it, if in_medium
     bool in_medium = false;
+    bool reflected_undispersed = false; // off the outside of dispersive glass
+    float wavelength_nm = 0.0f;         // from a refraction at such glass on; 0: all
+    float narrow_probability = 1.0f;    // that the first caster scatters narrowly
     uint8_t bounces = 0;
     uint8_t thin_walls = 0; // passed since the last bounce
     struct Bounce {
@@ -94,6 +97,8 @@ class LightPaths : public LightPathView {
                      LightPathContext::Path& path) const;
   bool bounce(const PathStages& stages, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,
               LightPathContext::Path& path) const;
+  bool take_color(uint32_t material, bool crosses, const PathStages::LayersHere& layers,
+                  LightPathContext::Path& path) const;
   [[nodiscard]] float arriving_density(const EmittedRay& emitted, const V3f& at) const;
   void join_camera(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit, const accel::Ray& ray,
                    const LightPathContext::Path& path, LightPathContext& context) const;

@@ -5,6 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/image/image.h"
 #include "renderer/light/light_set.h"
+#include "tests/sampling/estimate.h"
 #include "tests/sampling/random.h"
 
 #include <cmath>
@@ -48,24 +49,6 @@ inline std::shared_ptr<const Image> uneven_image(int width, int height) {
     return black ? Rgb(0.0f) : c;
   });
 }
-
-// Accumulates a mean and its standard error.
-struct Estimate {
-  double sum = 0.0;
-  double sum_of_squares = 0.0;
-  size_t count = 0;
-
-  void add(double value) {
-    sum += value;
-    sum_of_squares += value * value;
-    ++count;
-  }
-  [[nodiscard]] double mean() const { return sum / static_cast<double>(count); }
-  [[nodiscard]] double standard_error() const {
-    const auto n = static_cast<double>(count);
-    return std::sqrt(std::max(sum_of_squares / n - mean() * mean(), 0.0) / n);
-  }
-};
 
 // Estimates the irradiance (luminance) at a point with this normal by sampling the lights.
 inline Estimate sampled_irradiance(const LightSet& lights, const V3f& point, const V3f& normal, size_t samples,

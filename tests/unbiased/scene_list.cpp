@@ -14,6 +14,7 @@ std::span<const NamedScene> all_scenes() {
                                            {"sized_lights", sized_lights},
                                            {"layered_materials", layered_materials},
                                            {"caustics", caustics},
+                                           {"coats_and_prisms", coats_and_prisms},
                                            {"cornell_box", cornell_box},
                                            {"material_grid", material_grid},
                                            {"interior", interior}};

@@ -58,6 +58,8 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene sized_lights();      // a sphere, a spot and a disc in the sky
 [[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and thin walls before a sky and a lamp
 [[nodiscard]] TestScene caustics();          // glass and metal under a lamp, a sphere and a sun
+[[nodiscard]] TestScene coats_and_prisms();  // coats, glossy surfaces and dispersive glass under lamps
+[[nodiscard]] TestScene coats_and_prisms();
 [[nodiscard]] TestScene cornell_box();
 [[nodiscard]] TestScene material_grid();
 [[nodiscard]] TestScene interior();

@@ -53,8 +53,8 @@ void add_direct_samples_flag(FlagSet& flags, ImageSettings& o) {
 
 void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {
   flags.value("--light-paths", "auto|FRACTION",
-              fmt::format("Trace light paths over glass and metal, too, for this fraction of the samples; auto: for as "
-                          "many as pay off, by a short pilot [{}]",
+              fmt::format("Trace light paths over glass, metal and coats, too, for this fraction of the samples; auto: "
+                          "for as many as pay off, by a short pilot [{}]",
                           o.chooses_light_paths ? "auto" : "0"),
               [&o](auto text) { return set_light_paths(text, o); });
 }

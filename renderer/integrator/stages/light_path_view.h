@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/ray.h"
+#include "renderer/bsdf/narrow_lobes.h"
 #include "renderer/camera/camera.h"
 #include "renderer/light/emission_view.h"
 #include "renderer/world/surface_point.h"
@@ -12,9 +13,11 @@
 
 namespace kindling {
 
-// Light paths run from a light over one or more casters to a surface that is none, and are joined
-// to the camera there. A caster is a surface with a material that focuses light. All other paths
-// are left to those from the camera.
+// Light paths run from a light over one or more surfaces, the first of which is a caster, to
+// another one, and are joined to the camera there. A caster is a surface whose material focuses
+// light by narrow lobes (narrow_lobes.h). Of what other lobes of a caster reflect, light paths find
+// nothing, and they are not joined to the camera by narrow ones: such light is left to paths from
+// the camera, in proportion to the densities of the lobes.
 //
 // Both kinds of paths find the same light, so each is weighted by the power heuristic (Veach 1997).
 // Its densities are those of the light's ray, and of a camera ray that continues in proportion to
@@ -22,7 +25,9 @@ namespace kindling {
 // weight depends on the ends of a path alone. That is exact for smooth casters; for others it is a
 // weight that still sums to 1.
 struct LightPathView {
-  static constexpr int kMaxBounces = 32; // longer paths are left to the camera's
+  static constexpr int kMaxBounces = 32;            // longer paths are left to the camera's
+  static constexpr float kMaxNarrowAlpha = 0.1225f; // of a caster's lobes: roughness 0.35
+  static constexpr uint32_t kShares = 255;          // steps of PathState::first_share and last_share
 
   EmissionView emission;
   std::span<const uint8_t> casters; // by material: 1 if it is one
@@ -51,6 +56,28 @@ struct LightPathView {
     return ratio > 0.0f ? 1.0f / (1.0f + 1.0f / square(ratio)) : 0.0f;
   }
   [[nodiscard]] static float camera_weight(float ratio) { return 1.0f / (1.0f + square(ratio)); }
+
+  // Returns true if an event at dispersive glass leaves a path to those from the camera: such glass
+  // refracts it and, outside of it, reflects it. A path from the camera takes on its wavelength at
+  // its first refraction, and reflections before it are those of all wavelengths; seen from the
+  // light the order is another. `dispersed`: it was refracted before; `reflected`: it was reflected
+  // outside.
+  [[nodiscard]] static bool mixes_colors(bool crosses, bool inside, bool dispersed, bool reflected) {
+    return crosses ? reflected : !inside && dispersed;
+  }
+
+  // Returns the narrow share of what a surface scatters from the camera's side into a local
+  // direction, in 1 / kShares. Paths of both kinds compute the same number. `delta`: it is a delta
+  // direction.
+  [[nodiscard]] static uint8_t narrow_steps(const SurfaceBsdf& bsdf, const V3f& wi, bool delta) {
+    const float pdf = delta ? 0.0f : bsdf.eval(wi).pdf;
+    const float share = delta || pdf > 0.0f ? narrow_share(bsdf, wi, pdf, kMaxNarrowAlpha) : 0.0f;
+    return static_cast<uint8_t>(share * static_cast<float>(kShares) + 0.5f);
+  }
+  // Returns the share that light paths find, given those of the first surface and the last caster.
+  [[nodiscard]] static float share_of(uint32_t first, uint32_t last) {
+    return static_cast<float>(first * last) / static_cast<float>(kShares * kShares);
+  }
 };
 
 } // namespace kindling

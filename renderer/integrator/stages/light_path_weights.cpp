@@ -8,8 +8,21 @@ namespace {
 
 // True if no light path comes by this vertex, whatever its material.
 bool is_left_out(const PathStages::Vertex& vertex, const PathState& state) {
-  return vertex.surface.alpha < 1.0f || vertex.surface.has_thin_wall() || state.bounce > LightPathView::kMaxBounces ||
-         (vertex.layers && vertex.layers->wavelength_nm != 0.0f);
+  return vertex.surface.alpha < 1.0f || vertex.surface.has_thin_wall() || state.bounce > LightPathView::kMaxBounces;
+}
+
+bool is_boundary(const SurfacePoint& surface) { return surface.layered && surface.layers.boundary; }
+
+// Returns the narrow share of what is scattered into a direction, in 1 / LightPathView::kShares.
+uint32_t narrow_steps(const PathStages::Vertex& vertex, const V3f& wi, bool delta) {
+  return LightPathView::narrow_steps(vertex.bsdf.bsdf(), vertex.frame.to_local(wi), delta);
+}
+
+// Returns the weight of light of a path from the camera, given the share of it that light paths
+// find, too.
+float weight_beside(float share, float ratio) { return (1.0f - share) + share * LightPathView::camera_weight(ratio); }
+float weight_beside(const PathState& state, float ratio) {
+  return weight_beside(LightPathView::share_of(state.first_share, state.last_share), ratio);
 }
 
 } // namespace
@@ -18,12 +31,29 @@ float PathStages::light_path_scale(const accel::Ray& ray, const Vertex& vertex, 
   const SurfacePoint& surface = vertex.surface;
   if (is_left_out(vertex, state)) return 0.0f;
   const bool caster = light_paths->is_caster(surface.material);
-  if (!caster && surface.layered && surface.layers.boundary) return 0.0f;
+  if (!caster && is_boundary(surface)) return 0.0f;
   if (state.bounce > 0) return caster ? std::abs(state.light_path_scale) : -std::abs(state.light_path_scale);
-  if (caster || state.in_medium || state.transparent_surfaces > 0) return 0.0f;
+  if (is_boundary(surface) || state.in_medium || state.transparent_surfaces > 0) return 0.0f;
   const float distance = (surface.position - ray.origin).length();
   return -light_paths->ratio_scale(
       LightPathView::camera_density(*camera, ray.direction, distance, surface.geometric_normal));
+}
+
+void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
+  if (state.light_path_scale == 0.0f) return;
+  const SurfacePoint& surface = vertex.surface;
+  const bool caster = light_paths->is_caster(surface.material);
+  const uint32_t narrow = caster ? narrow_steps(vertex, scattered.wi, scattered.pdf == 0.0f) : 0;
+  if (state.bounce == 0)
+    state.first_share = static_cast<uint8_t>(LightPathView::kShares - narrow);
+  else
+    state.last_share = static_cast<uint8_t>(narrow);
+  if (!is_boundary(surface) || !(world->medium(surface.material).dispersion > 0.0f)) return;
+  if (LightPathView::mixes_colors(scattered.cosine < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
+                                  state.reflected_undispersed))
+    state.light_path_scale = 0.0f;
+  else if (state.wavelength_nm == 0.0f && scattered.cosine > 0.0f)
+    state.reflected_undispersed = true;
 }
 
 float PathStages::light_path_weight(const Vertex& vertex, const LightSample& light, float side,
@@ -32,9 +62,13 @@ float PathStages::light_path_weight(const Vertex& vertex, const LightSample& lig
   // At the first surface the scale is still 0: light paths have a caster.
   if (state.light_path_scale == 0.0f || !light_paths->is_caster(surface.material) || is_left_out(vertex, state))
     return 1.0f;
-  const bool light_in_medium =
-      side > 0.0f ? state.in_medium : !surface.layered || !surface.layers.boundary || surface.layers.entering;
+  const bool light_in_medium = side > 0.0f ? state.in_medium : !is_boundary(surface) || surface.layers.entering;
   if (light_in_medium) return 1.0f;
+  if (is_boundary(surface) && world->medium(surface.material).dispersion > 0.0f &&
+      LightPathView::mixes_colors(side < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
+                                  state.reflected_undispersed))
+    return 1.0f;
+  const float share = LightPathView::share_of(state.first_share, narrow_steps(vertex, light.wi, false));
   const float scale = std::abs(state.light_path_scale);
   const EmissionView& emission = light_paths->emission;
   const auto triangles = static_cast<uint32_t>(world->lights.triangles.size());
@@ -45,22 +79,22 @@ float PathStages::light_path_weight(const Vertex& vertex, const LightSample& lig
           ? emission.triangle_density(light.emitter, vertex.surface.position + light.wi * light.distance, -light.wi,
                                       light.normal.dot(light.wi))
           : emission.punctual_density(light.emitter - triangles, vertex.surface.position, -light.wi);
-  return LightPathView::camera_weight(scale * density);
+  return weight_beside(share, scale * density);
 }
 
 float PathStages::emission_weight(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const {
   if (!(state.light_path_scale > 0.0f) || state.in_medium || surface.emissive_triangle == accel::kNoId) return 1.0f;
   const float density = light_paths->emission.triangle_density(
       surface.emissive_triangle, surface.position, -ray.direction, surface.geometric_normal.dot(ray.direction));
-  return LightPathView::camera_weight(state.light_path_scale * density);
+  return weight_beside(state, state.light_path_scale * density);
 }
 
 float PathStages::environment_weight(const accel::Ray& ray, const EnvironmentView::Location& at,
                                      const PathState& state) const {
   if (!(state.light_path_scale > 0.0f) || state.in_medium || !world->lights.has_environment) return 1.0f;
   const EnvironmentEval sky = world->lights.environment.eval(at);
-  return LightPathView::camera_weight(state.light_path_scale *
-                                      light_paths->emission.environment_density(sky, ray.origin, -ray.direction));
+  return weight_beside(state, state.light_path_scale *
+                                  light_paths->emission.environment_density(sky, ray.origin, -ray.direction));
 }
 
 void PathStages::add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit,
@@ -69,8 +103,8 @@ void PathStages::add_shapes_beside_light_paths(const accel::Ray& ray, const acce
   world->lights.visit_shapes(shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
     float weight = 1.0f;
     if (!state.in_medium)
-      weight = LightPathView::camera_weight(state.light_path_scale *
-                                            light_paths->emission.punctual_density(number, ray.origin, -ray.direction));
+      weight = weight_beside(state, state.light_path_scale *
+                                        light_paths->emission.punctual_density(number, ray.origin, -ray.direction));
     state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
   });
 }

@@ -171,6 +171,9 @@ struct PathStages {
   [[nodiscard]] bool joins_light_paths() const { return !KINDLING_ON_GPU && light_paths != nullptr; }
   // Returns PathState::light_path_scale of a path that is scattered at the vertex.
   [[nodiscard]] float light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathState& state) const;
+  // Notes the share that light paths find of what is scattered into a direction, and what else
+  // excludes them. Called before the path crosses the surface.
+  void note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const;
   // Return the weights of a light sample, of an emitter that was hit, and of the environment.
   [[nodiscard]] float light_path_weight(const Vertex& vertex, const LightSample& light, float side,
                                         const PathState& state) const;

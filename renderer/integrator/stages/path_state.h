@@ -41,9 +41,14 @@ struct PathState {
   WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
   bool emission_only : 1 = false;   // a bounce limit is reached: only emission counts at the next hit
   bool in_medium : 1 = false;       // PathContext::media of the slot is valid and not empty
+  // Only with light paths: it was reflected off dispersive glass before it took on a wavelength.
+  bool reflected_undispersed : 1 = false;
   // LightPathView::ratio_scale() at the first surface while light paths find what this path finds:
   // negative on the way to the first caster, positive behind it; else 0.
   float light_path_scale = 0.0f;
+  // The shares of its light that light paths find, in 1 / LightPathView::kShares: what the first
+  // surface does not reflect narrowly, and what the last caster does.
+  uint8_t first_share = 0, last_share = 0;
 
   [[nodiscard]] int diffuse_bounces() const { return bounce - glossy_bounces - transmission_bounces; }
   // Returns the bounces that count for Russian roulette: neither transmissions nor narrow

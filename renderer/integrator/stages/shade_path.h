@@ -143,6 +143,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
 
   if constexpr (Sink::kSplits) sink.scatter_first(vertex, *scattered, path);
   const auto lights = static_cast<float>(light_sample_count(state));
+  if (joins_light_paths()) note_scattered(vertex, *scattered, state);
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
