@@ -92,7 +92,7 @@ std::optional<Split> best_split_at_wall(const Config& config, const Imath::Box3f
     if (wall.covered == 0.0 || !(wall.face > box.min[axis] && wall.face < box.max[axis])) continue;
     const std::array<Content, 2> sides = divide(references, end, wall.face);
     const Content &slab = sides[low ? 0 : 1], &rest = sides[low ? 1 : 0];
-    if (rest.count == 0 || slab.count == references.size() || rest.count == references.size()) continue;
+    if (rest.count == 0 || rest.count == references.size()) continue;
     const double face = half_area(slab.box), covered = std::min(1.0, wall.covered / face);
     const double seen = face * (1.0 - covered * (1.0 - config.wall_visits));
     const double cost = config.wall_step_cost +

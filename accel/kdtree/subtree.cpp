@@ -218,7 +218,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
 
   double cost = config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
                 model.right_probability(split->axis, split->position) * right_cost;
-  if (at_wall) cost = std::min(cost, split->cost); // cells do not tell what is gained
+  if (at_wall) cost = std::min(cost, split->cost); // which areas of cells do not show
   choose_boxes(node, context.inverse_area);
   if (count <= config.collapse_below && model.leaf_cost(count) <= cost) {
     ids_.clear();

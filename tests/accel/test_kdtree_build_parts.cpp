@@ -286,33 +286,6 @@ TEST(Split, RefinementFindsPlaneNearBinBorder) {
   EXPECT_DOUBLE_EQ(refined->cost, exact->cost);
 }
 
-// Two triangles of a wall at either end of an axis, and small references away from it.
-TEST(Split, SearchAtWallsFindsPlaneOffTheWall) {
-  const Config config;
-  const Box3f box(V3f(-1), V3f(1));
-  constexpr float kThickness = 0x1p-20f;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const bool low : {false, true}) {
-      Reference wall{V3f(-1), 0, V3f(1), 0};
-      (low ? wall.max : wall.min)[axis] = low ? -1.0f + kThickness : 1.0f - kThickness;
-      Reference small{V3f(-0.1f), 0, V3f(0.1f), 0};
-      const std::vector<Reference> references = {wall, small, wall, small, small};
-      const auto split = best_split_at_wall(config, box, references, 1e6);
-      ASSERT_TRUE(split);
-      EXPECT_EQ(split->axis, axis);
-      EXPECT_EQ(split->position, low ? wall.max[axis] : wall.min[axis]);
-      EXPECT_LT(split->cost, CostModel(config, box).leaf_cost(references.size()));
-      // No plane where few rays go, where nothing but the wall is, or where the rest is as large.
-      EXPECT_FALSE(best_split_at_wall(config, box, references, 0.0));
-      EXPECT_FALSE(best_split_at_wall(config, box, std::vector<Reference>{wall, wall}, 1e6));
-      const Reference large{box.min, 0, box.max, 0};
-      EXPECT_FALSE(best_split_at_wall(config, box, std::vector<Reference>{wall, wall, large}, 1e6));
-      Reference thick = wall;
-      (low ? thick.max : thick.min)[axis] = low ? -0.9f : 0.9f;
-      EXPECT_FALSE(best_split_at_wall(config, box, std::vector<Reference>{thick, thick, small}, 1e6));
-    }
-}
-
 TEST(Split, ReturnsNothingWithoutInnerPlanes) {
   const Config config;
   SplitScratch scratch;
