@@ -41,12 +41,23 @@ struct RayShear {
   }
 };
 
-// A hit lies within this part of the triangle's extent (its largest range along an axis) of some
-// point of the triangle along each axis, and within kDistanceTolerance of its distance; a traversal
-// must enter all cells that are so near. With u = 2^-24 the errors are: 5 u of the sheared corners,
-// of the extent and of the distance; 2 u of the barycentric coordinates, which displace a point of
-// the triangle by less than 3 u of its extent; and 3 u of the mean of the corners' depths.
-inline constexpr float kExtentTolerance = 11.0f * 0x1p-24f, kDistanceTolerance = 11.0f * 0x1p-24f;
+// A hit lies within this part of the triangle's extent E (its largest range along an axis) of some
+// point of the triangle along each axis, and within kDistanceTolerance of its distance along that
+// axis; a traversal must enter all cells that are so near.
+//
+// With u = 2^-24, to first order: the edge functions e_i of the sheared corners (x_i, y_i) are off
+// by a factor of 1 +- 2 u, and weigh the corners as w_i = e_i / sum e_i, none below 0. Exact ones
+// would give sum w_i x_i = 0; rounding leaves at most 2 u sum w_i |x_i|. The mean distance of
+// weighted values from their mean is at most half their range, so
+//   sum w_i |z_i| <= |z| + E / 2 with z = sum w_i z_i, and
+//   sum w_i |x_i| <= E, since shears are at most 1.
+// The depth t d_z differs from z by 3 u sum w_i |z_i| (products and sums) + 5 u |z| (det, sz, a
+// product and a quotient): 1.5 u E + 8 u |z|. Differences of depths add u sum w_i |z_i|: along z a
+// hit is off by 2 u E + 9 u |z|. Along x, the differences of coordinates add 0.5 u E + u |s_x z|,
+// the products s_x z_i as much, the sheared differences u E, the edge functions 2 u E and the shear
+// u |s_x z|: together with the depth 5.5 u E + 11 u |s_x z|. Half a unit is left for products of
+// errors.
+inline constexpr float kExtentTolerance = 6.0f * 0x1p-24f, kDistanceTolerance = 11.0f * 0x1p-24f;
 
 // Returns a b - c d with a relative error of at most 2 u, so the sign is exact (Jeannerod, Louvet,
 // Muller, "Further analysis of Kahan's algorithm for the accurate computation of 2 x 2

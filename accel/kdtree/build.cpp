@@ -171,8 +171,13 @@ std::optional<BinaryTree> build_within(const Config& config, std::span<const Geo
   if (references.count == 0) return tree;
   const double area = half_area(tree.bounds);
   ReferenceCount count(limit);
-  const BuildContext context{
-      config, meshes, monitor, config.max_depth(tree.triangle_count), area > 0.0 ? 1.0 / area : 0.0, &count};
+  const BuildContext context{config,
+                             meshes,
+                             monitor,
+                             config.max_depth(tree.triangle_count),
+                             area > 0.0 ? 1.0 / area : 0.0,
+                             &count,
+                             static_cast<double>(tree.triangle_count)};
   TopBuilder builder(context);
   Cell cell;
   cell.box = tree.bounds;

@@ -27,6 +27,15 @@ struct Config {
   double triangle_cost = 0.3;
   // Fraction by which the triangle cost of a split that cuts off empty space is reduced.
   double empty_bonus = 0.05;
+  // A leaf is divided at the plane off a flat wall (best_split_at_wall()) if that saves at least
+  // wall_min_gain: in costs of a ray through the whole tree, times the number of triangles, since
+  // memory counts per triangle. The step down to the two is cheaper than traversal_cost, because it
+  // mostly takes a lane of a box node. wall_visits: visits to a wall over those that its area
+  // predicts. One half of the rays would come from behind it, and of the others those that end
+  // elsewhere do not reach it.
+  double wall_step_cost = 0.5;
+  double wall_visits = 0.25;
+  double wall_min_gain = 30.0;
   // Maximum number of references for which every bound is tried as a plane; above it, bin borders
   // are.
   uint32_t exact_below = 32;

@@ -116,6 +116,12 @@ inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
                                                      std::span<const Reference> references, SplitScratch& scratch);
 
+// Tries the planes off the flat references at the ends of the occupied space, in a node that would
+// be a leaf. The cost counts the boxes of what is on both sides, not the cells. `rays`: triangles
+// of the tree over its half area. Returns nullopt unless enough is gained (Config::wall_min_gain).
+[[nodiscard]] std::optional<Split> best_split_at_wall(const Config& config, const Imath::Box3f& box,
+                                                      std::span<const Reference> references, double rays);
+
 // Tries every bound inside [low, high] on one axis; replaces `best` if one is cheaper.
 void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
                   float low, float high, SplitScratch& scratch, std::optional<Split>& best);

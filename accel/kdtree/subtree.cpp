@@ -170,8 +170,14 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   const CostModel model(config, cell.box);
   const std::span<const Reference> references(stack_.data() + first, count);
   std::optional<Split> split;
-  if (cell.depth < context.max_depth && !context.stopped())
+  bool at_wall = false;
+  if (cell.depth < context.max_depth && !context.stopped()) {
     split = find_split(config, model, cell.box, references, scratch_);
+    if (!split) {
+      split = best_split_at_wall(config, cell.box, references, context.triangles * context.inverse_area);
+      at_wall = split.has_value();
+    }
+  }
   if (!split) return build_leaf(context, cell, references, node);
 
   // Predicts the larger side; only the height of the stack depends on it.
@@ -212,6 +218,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
 
   double cost = config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
                 model.right_probability(split->axis, split->position) * right_cost;
+  if (at_wall) cost = std::min(cost, split->cost); // which areas of cells do not show
   choose_boxes(node, context.inverse_area);
   if (count <= config.collapse_below && model.leaf_cost(count) <= cost) {
     ids_.clear();

@@ -37,6 +37,7 @@ struct BuildContext {
   uint32_t max_depth;
   double inverse_area;                  // reciprocal half area of the whole tree
   ReferenceCount* references = nullptr; // null: not counted
+  double triangles = 0.0;               // of the whole tree; 0: leaves are not divided at walls
 
   // True if no node should be split any more: the tree will not be used.
   [[nodiscard]] bool stopped() const {
