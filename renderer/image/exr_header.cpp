@@ -177,6 +177,13 @@ std::optional<std::string> check_header(Cursor& cursor, size_t file_bytes, const
     return fmt::format("its tiles are {} x {} pixels; a side may have at most {}", tile_width, tile_height,
                        limits.max_side_px);
   }
+  constexpr int64_t kMaxTilePixels = int64_t{1} << 20; // of images that are smaller than a tile
+  if (tile_width * tile_height > std::max(kMaxTilePixels, 4 * data.width * data.height)) {
+    return fmt::format(
+        "its tiles are {} x {} pixels, for an image of {} x {}; they may be 1024 x 1024, or four times as "
+        "large as the image",
+        tile_width, tile_height, data.width, data.height);
+  }
   if (const auto error = check_size(display.width, display.height, limits)) return error;
   // Each chunk has an offset of eight bytes in a table that must fit into the file.
   const int64_t chunks = tile_width > 0 ? ceil_div(data.width, tile_width) * ceil_div(data.height, tile_height)

@@ -92,6 +92,16 @@ TEST(ExrHeader, ListsHaveTheirSize) {
   EXPECT_TRUE(has_wrong_size("preview", number(-1) + number(-1) + std::string(8, '\0')));
 }
 
+// The library allocates whole tiles, however small the image is.
+TEST(ExrHeader, TilesMuchLargerThanTheImageAreRefused) {
+  const auto tiles = [](int32_t width, int32_t height) {
+    return error_with(attribute("tiles", "tiledesc", number(width) + number(height) + '\0'));
+  };
+  EXPECT_NE(tiles(30216, 6144).find("its tiles are 30216 x 6144 pixels, for an image of "), std::string::npos);
+  EXPECT_NE(tiles(1025, 1024).find("its tiles are 1025 x 1024 pixels"), std::string::npos);
+  EXPECT_EQ(tiles(1024, 1024).find("its tiles are"), std::string::npos);
+}
+
 // A name of the file is printed without its control characters.
 TEST(ExrHeader, MessageIsPrintable) {
   EXPECT_EQ(error_with(attribute("a\nb\x1b", "int", "")),
