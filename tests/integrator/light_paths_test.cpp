@@ -10,22 +10,6 @@
 namespace kindling::test {
 namespace {
 
-Material metal(float roughness) {
-  Material material = diffuse_material(Rgb(1.0f));
-  material.metallic_factor = 1.0f;
-  material.roughness_factor = roughness;
-  return material;
-}
-
-Material glass(float roughness) {
-  Material material = diffuse_material(Rgb(1.0f));
-  material.roughness_factor = roughness;
-  material.specular_factor = 1.0f;
-  material.transmission_factor = 1.0f;
-  material.thickness_factor = 1.0f;
-  return material;
-}
-
 PunctualLight lamp(float intensity, float radius = 0.0f) {
   PunctualLight light;
   light.intensity = intensity;
@@ -77,9 +61,9 @@ double mean_luminance(const Film& film) {
 TEST(LightPaths, MirrorDoublesTheSun) {
   const float rho = 0.6f, irradiance = 3.0f;
   for (const bool orthographic : {false, true}) {
-    Scene scene =
-        make_scene({diffuse_material(Rgb(rho)), metal(0.0f)}, {quad(V3f(-2, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
-                                                               quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 1)});
+    Scene scene = make_scene(
+        {diffuse_material(Rgb(rho)), metal_material(Rgb(1.0f), 0.0f)},
+        {quad(V3f(-2, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 1)});
     PunctualLight sun;
     sun.kind = PunctualLight::Kind::directional;
     sun.intensity = irradiance;
@@ -104,7 +88,7 @@ TEST(LightPaths, MirrorDoublesTheSun) {
 // Light through the sphere takes two transmissions, the last of which needs no further bounce. Only
 // light paths find this lamp.
 TEST(LightPaths, KeepBounceLimits) {
-  const auto world = make_world(sphere_under_lamp(glass(0.0f)), accel::Kind::kdtree);
+  const auto world = make_world(sphere_under_lamp(glass_material(0.0f)), accel::Kind::kdtree);
   const auto light_found = [&](int max_diffuse, int max_glossy, int max_transmission) {
     RenderSettings settings = settings_of_sphere(0.0f, 4);
     settings.integrator.max_diffuse_bounces = max_diffuse;
@@ -147,7 +131,7 @@ void expect_agreement(const Material& material, const Camera& camera, const std:
   }
 }
 
-TEST(LightPaths, AgreeThroughALens) { expect_agreement(glass(0.2f), camera_of_sphere(1.0f), "glass"); }
+TEST(LightPaths, AgreeThroughALens) { expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f), "glass"); }
 
 TEST(LightPaths, AgreeAtCoatsAndPrisms) {
   Material coated = diffuse_material(Rgb(0.8f, 0.2f, 0.2f));
@@ -156,12 +140,9 @@ TEST(LightPaths, AgreeAtCoatsAndPrisms) {
   coated.sheen_color_factor = Rgb(0.5f);
   coated.sheen_roughness_factor = 0.5f;
   expect_agreement(coated, camera_of_sphere(), "coat");
-  Material glossy = diffuse_material(Rgb(0.2f, 0.3f, 0.8f));
-  glossy.specular_factor = 1.0f;
-  glossy.roughness_factor = 0.1f;
-  expect_agreement(glossy, camera_of_sphere(), "glossy");
+  expect_agreement(glossy_material(Rgb(0.2f, 0.3f, 0.8f), 0.1f), camera_of_sphere(), "glossy");
   for (const float roughness : {0.0f, 0.2f}) {
-    Material prism = glass(roughness);
+    Material prism = glass_material(roughness);
     prism.dispersion = 3.0f;
     expect_agreement(prism, camera_of_sphere(), "prism", 224);
   }
@@ -171,7 +152,7 @@ TEST(LightPaths, AgreeAtCoatsAndPrisms) {
 // of the caustic are colored. Light by all wavelengths together keeps the lamp's gray.
 TEST(LightPaths, PrismsDisperse) {
   const auto color_range = [&](float dispersion) {
-    Material prism = glass(0.0f);
+    Material prism = glass_material(0.0f);
     prism.dispersion = dispersion;
     const auto world = make_world(sphere_under_lamp(prism), accel::Kind::kdtree);
     const std::vector<float> rgb =
@@ -193,7 +174,7 @@ TEST(LightPaths, PrismsDisperse) {
 
 // The light of a lamp inside of glass begins in a medium: it is left to the paths from the camera.
 TEST(LightPaths, LampInsideOfGlassIsNotLost) {
-  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass(0.0f), emissive_material(Rgb(20.0f))},
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass_material(0.0f), emissive_material(Rgb(20.0f))},
                            {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1),
                             sphere(V3f(0, 1.2f, 0), 0.5f, 16, 2)});
   const auto world = make_world(std::move(scene), accel::Kind::kdtree);
@@ -224,16 +205,22 @@ TEST(LightPaths, PassesAreSpreadEvenly) {
 }
 
 TEST(Casters, HaveNarrowLobes) {
-  Material coated = metal(0.6f), rough_coat = metal(0.6f), faint_coat = metal(0.6f), thin = glass(0.0f);
+  Material coated = metal_material(Rgb(1.0f), 0.6f), rough_coat = metal_material(Rgb(1.0f), 0.6f),
+           faint_coat = metal_material(Rgb(1.0f), 0.6f), thin = glass_material(0.0f);
   coated.clearcoat_factor = rough_coat.clearcoat_factor = 1.0f;
   rough_coat.clearcoat_roughness_factor = 0.6f;
   faint_coat.clearcoat_factor = 0.05f;
   thin.thickness_factor = 0.0f;
-  Material glossy = diffuse_material(Rgb(0.5f));
-  glossy.specular_factor = 1.0f;
-  glossy.roughness_factor = 0.3f;
-  const std::vector<Material> materials{
-      diffuse_material(Rgb(0.5f)), glass(0.1f), metal(0.3f), metal(0.6f), coated, rough_coat, faint_coat, thin, glossy};
+  const Material glossy = glossy_material(Rgb(0.5f), 0.3f);
+  const std::vector<Material> materials{diffuse_material(Rgb(0.5f)),
+                                        glass_material(0.1f),
+                                        metal_material(Rgb(1.0f), 0.3f),
+                                        metal_material(Rgb(1.0f), 0.6f),
+                                        coated,
+                                        rough_coat,
+                                        faint_coat,
+                                        thin,
+                                        glossy};
   std::vector<Primitive> spheres;
   for (size_t i = 0; i < materials.size(); ++i)
     spheres.push_back(sphere(V3f(5.0f * static_cast<float>(i), 0, 0), i == 2 ? 0.5f : 1.0f, 8, static_cast<int>(i)));

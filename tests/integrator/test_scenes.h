@@ -24,6 +24,29 @@ inline Material diffuse_material(const Rgb& albedo) {
   return material;
 }
 
+inline Material metal_material(const Rgb& color, float roughness) {
+  Material material = diffuse_material(color);
+  material.metallic_factor = 1.0f;
+  material.roughness_factor = roughness;
+  return material;
+}
+
+// A dielectric over a diffuse base.
+inline Material glossy_material(const Rgb& color, float roughness) {
+  Material material = diffuse_material(color);
+  material.specular_factor = 1.0f;
+  material.roughness_factor = roughness;
+  return material;
+}
+
+// Solid glass.
+inline Material glass_material(float roughness) {
+  Material material = glossy_material(Rgb(1.0f), roughness);
+  material.transmission_factor = 1.0f;
+  material.thickness_factor = 1.0f;
+  return material;
+}
+
 inline Material emissive_material(const Rgb& radiance, const Rgb& albedo = Rgb(0.0f)) {
   Material material = diffuse_material(albedo);
   material.emissive_factor = radiance;

@@ -8,28 +8,10 @@ namespace kindling::test {
 
 namespace {
 
-Material metal(const Rgb& color, float roughness) {
-  Material material = diffuse_material(color);
-  material.metallic_factor = 1.0f;
-  material.roughness_factor = roughness;
-  return material;
-}
-
-Material glass(float roughness) {
-  Material material = diffuse_material(Rgb(1.0f));
-  material.roughness_factor = roughness;
-  material.specular_factor = 1.0f;
-  material.transmission_factor = 1.0f;
-  material.thickness_factor = 1.0f;
+Material tinted_glass(float roughness) {
+  Material material = glass_material(roughness);
   material.attenuation_distance_m = 1.5f;
   material.attenuation_color = Rgb(0.6f, 0.8f, 0.9f);
-  return material;
-}
-
-Material glossy(const Rgb& color, float roughness) {
-  Material material = diffuse_material(color);
-  material.specular_factor = 1.0f;
-  material.roughness_factor = roughness;
   return material;
 }
 
@@ -43,13 +25,13 @@ void add_lamp(Scene& scene, float intensity, float radius, const V3f& at) {
 } // namespace
 
 TestScene caustics() {
-  Material window = glass(0.0f);
+  Material window = tinted_glass(0.0f);
   window.base_color_factor = V4f(0.7f, 0.8f, 0.6f, 1.0f);
   window.thickness_factor = 0.0f;
   TestScene test;
   Scene scene = make_scene(
-      {diffuse_material(Rgb(0.7f, 0.6f, 0.5f)), emissive_material(Rgb(6.0f, 5.0f, 4.0f)), glass(0.0f), glass(0.25f),
-       metal(Rgb(0.9f, 0.7f, 0.4f), 0.3f), window},
+      {diffuse_material(Rgb(0.7f, 0.6f, 0.5f)), emissive_material(Rgb(6.0f, 5.0f, 4.0f)), tinted_glass(0.0f),
+       tinted_glass(0.25f), metal_material(Rgb(0.9f, 0.7f, 0.4f), 0.3f), window},
       {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 0),
        quad(V3f(-1.6f, 2.6f, -0.6f), V3f(1.2f, 0, 0), V3f(0, 0, 1.2f), 1), sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 2),
        sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 3), sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 4),
@@ -76,16 +58,17 @@ TestScene coats_and_prisms() {
   Material coated = diffuse_material(Rgb(0.6f, 0.1f, 0.1f));
   coated.clearcoat_factor = 1.0f;
   coated.clearcoat_roughness_factor = 0.3f;
-  Material prism = glass(0.0f), frosted_prism = glass(0.2f);
+  Material prism = tinted_glass(0.0f), frosted_prism = tinted_glass(0.2f);
   prism.dispersion = frosted_prism.dispersion = 2.0f;
   TestScene test;
-  Scene scene = make_scene(
-      {glossy(Rgb(0.6f, 0.5f, 0.4f), 0.3f), diffuse_material(Rgb(0.7f)), emissive_material(Rgb(3.0f, 2.5f, 2.0f)),
-       prism, frosted_prism, coated, glossy(Rgb(0.1f, 0.2f, 0.4f), 0.25f)},
-      {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 1),
-       quad(V3f(-2.4f, 2.9f, -1.4f), V3f(2.4f, 0, 0), V3f(0, 0, 2.4f), 2), sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 3),
-       sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 4), sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 5),
-       sphere(V3f(-0.3f, 0.5f, 1.0f), 0.4f, 48, 6)});
+  Scene scene = make_scene({glossy_material(Rgb(0.6f, 0.5f, 0.4f), 0.3f), diffuse_material(Rgb(0.7f)),
+                            emissive_material(Rgb(3.0f, 2.5f, 2.0f)), prism, frosted_prism, coated,
+                            glossy_material(Rgb(0.1f, 0.2f, 0.4f), 0.25f)},
+                           {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0),
+                            quad(V3f(-3, 0, -3), V3f(6, 0, 0), V3f(0, 3, 0), 1),
+                            quad(V3f(-2.4f, 2.9f, -1.4f), V3f(2.4f, 0, 0), V3f(0, 0, 2.4f), 2),
+                            sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 3), sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 4),
+                            sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 5), sphere(V3f(-0.3f, 0.5f, 1.0f), 0.4f, 48, 6)});
   add_lamp(scene, 4.0f, 0.8f, V3f(1.4f, 2.9f, 0.8f));
 
   test.camera.yfov_rad = 0.6f;
