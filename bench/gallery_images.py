@@ -45,8 +45,9 @@ def main():
             width, height = (round(arguments.scale * pixels_) for pixels_ in (ROW_SIZE if row else WHOLE_SIZE))
             raw, output = Path(folder) / f"{scene.stem}.png", arguments.output / f"gallery_{scene.stem}.webp"
             started = time.perf_counter()
-            subprocess.run([kindling, "render", scene, "-o", raw, "--size", f"{width}x{height}", "--spp", str(arguments.spp), "--light-paths", "0.25", "-q",
-                            *arguments.flag], check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+            subprocess.run([kindling, "render", scene, "-o", raw, "--size", f"{width}x{height}", "--spp", str(arguments.spp),
+                            "--light-paths", "0.25", "-q", *arguments.flag],
+                           check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             if row:
                 name_spheres(scene, raw, width, height)
                 rows.append(raw)

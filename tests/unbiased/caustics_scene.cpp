@@ -22,13 +22,25 @@ void add_lamp(Scene& scene, float intensity, float radius, const V3f& at) {
   place_light(scene, lamp, look_at(at, V3f(0.0f)));
 }
 
+// Returns a test of light that glass and metal of the scene focus.
+TestScene seen_from_above(Scene scene, uint32_t samples) {
+  TestScene test;
+  test.camera.yfov_rad = 0.6f;
+  test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));
+  test.whole = {std::move(scene), nullptr};
+  test.max_bounces = 4;
+  test.samples = samples;
+  test.casters = true;
+  test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
+  return test;
+}
+
 } // namespace
 
 TestScene caustics() {
   Material window = tinted_glass(0.0f);
   window.base_color_factor = V4f(0.7f, 0.8f, 0.6f, 1.0f);
   window.thickness_factor = 0.0f;
-  TestScene test;
   Scene scene = make_scene(
       {diffuse_material(Rgb(0.7f, 0.6f, 0.5f)), emissive_material(Rgb(6.0f, 5.0f, 4.0f)), tinted_glass(0.0f),
        tinted_glass(0.25f), metal_material(Rgb(0.9f, 0.7f, 0.4f), 0.3f), window},
@@ -42,15 +54,7 @@ TestScene caustics() {
   sun.intensity = 1.0f;
   sun.angular_diameter_rad = 0.6f;
   place_light(scene, sun, look_at(V3f(-2, 4, 1), V3f(0.0f)));
-
-  test.camera.yfov_rad = 0.6f;
-  test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));
-  test.whole = {std::move(scene), nullptr};
-  test.max_bounces = 4;
-  test.samples = 30;
-  test.casters = true;
-  test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
-  return test;
+  return seen_from_above(std::move(scene), 30);
 }
 
 // The floor is glossy, so that its reflections divide the light that light paths bring there.
@@ -60,7 +64,6 @@ TestScene coats_and_prisms() {
   coated.clearcoat_roughness_factor = 0.3f;
   Material prism = tinted_glass(0.0f), frosted_prism = tinted_glass(0.2f);
   prism.dispersion = frosted_prism.dispersion = 2.0f;
-  TestScene test;
   Scene scene = make_scene({glossy_material(Rgb(0.6f, 0.5f, 0.4f), 0.3f), diffuse_material(Rgb(0.7f)),
                             emissive_material(Rgb(3.0f, 2.5f, 2.0f)), prism, frosted_prism, coated,
                             glossy_material(Rgb(0.1f, 0.2f, 0.4f), 0.25f)},
@@ -70,15 +73,7 @@ TestScene coats_and_prisms() {
                             sphere(V3f(-0.9f, 0.7f, 0), 0.5f, 48, 3), sphere(V3f(0.3f, 0.7f, 0), 0.5f, 48, 4),
                             sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 5), sphere(V3f(-0.3f, 0.5f, 1.0f), 0.4f, 48, 6)});
   add_lamp(scene, 4.0f, 0.8f, V3f(1.4f, 2.9f, 0.8f));
-
-  test.camera.yfov_rad = 0.6f;
-  test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));
-  test.whole = {std::move(scene), nullptr};
-  test.max_bounces = 4;
-  test.samples = 40;
-  test.casters = true;
-  test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
-  return test;
+  return seen_from_above(std::move(scene), 40);
 }
 
 } // namespace kindling::test

@@ -34,12 +34,12 @@ size_t max_light_groups(LightGrouping grouping, const Scene& scene, const PosedS
   return std::min(kMaxLightGroups, posed.lights.size() + static_cast<size_t>(shining + nodes) + kEnvironmentAndRest);
 }
 
-// True if light paths may be chosen for the sake of a material: glass or metal.
+// True if light paths may be chosen for the sake of a material: find_caster_materials() finds no
+// other.
 bool may_cast(const Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
-    return material.roughness_factor <= kMaxCasterRoughness &&
-           (material.metallic_factor >= 0.9f ||
-            (material.transmission_factor > 0.0f && material.thickness_factor > 0.0f));
+    return material.roughness_factor <= kMaxCasterRoughness ||
+           (material.clearcoat_factor > 0.0f && material.clearcoat_roughness_factor <= kMaxCasterRoughness);
   });
 }
 
