@@ -309,6 +309,30 @@ std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count) {
   return rays;
 }
 
+std::vector<Ray> coherent_rays(Rng& rng, const TestScene& scene, int groups) {
+  const Box3f bounds = scene.bounds();
+  const Box3f box = bounds.isEmpty() ? Box3f(V3f(-1), V3f(1)) : bounds;
+  const float extent = std::max((box.max - box.min).length(), 1e-30f);
+  std::vector<Ray> rays;
+  for (int group = 0; group < groups; ++group) {
+    const float radius = extent * power_of_ten(rng, -3.0f, 0.0f);
+    const V3f towards = uniform_direction(rng), aim = uniform_in(rng, box), origin = aim - towards * extent;
+    for (int i = 0; i < 64; ++i) {
+      V3f target = aim + uniform_in(rng, Box3f(V3f(-radius), V3f(radius))), p[3];
+      if (rng() % 2 == 0 && pick_triangle(rng, scene, p))
+        target = rng() % 2 == 0 ? p[0] : p[0] + (p[1] - p[0]) * uniform(rng);
+      Ray ray;
+      ray.t_max = kInfinity;
+      ray.key = static_cast<uint32_t>(rng());
+      ray.direction = group % 2 == 0 ? target - origin : towards;
+      ray.origin = group % 2 == 0 ? origin : target - towards * extent;
+      if (rng() % 300 == 0) ray.t_max = -1.0f;
+      rays.push_back(ray);
+    }
+  }
+  return rays;
+}
+
 void cut_at_hits(Rng& rng, const Accelerator& oracle, std::span<Ray> rays) {
   for (Ray& ray : rays) {
     if (rng() % 3 != 0) continue;

@@ -32,6 +32,10 @@ namespace kindling::accel::testing {
 // and some that miss by definition.
 [[nodiscard]] std::vector<Ray> aimed_rays(Rng& rng, const TestScene& scene, int count);
 
+// Returns groups of 64 rays that are close together: from one origin, or in one direction, at
+// vertices, edges and points of triangles near each other; some miss by definition.
+[[nodiscard]] std::vector<Ray> coherent_rays(Rng& rng, const TestScene& scene, int groups);
+
 // Ends some of the rays at a hit, just before or just after it, or starts them there.
 void cut_at_hits(Rng& rng, const Accelerator& oracle, std::span<Ray> rays);
 

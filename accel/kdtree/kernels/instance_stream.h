@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/level_rays.h"
 #include "accel/kdtree/kernels/stream_steps.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {
@@ -76,6 +77,16 @@ struct TransformedInstances {
     const TransformedInstance& transformed = structure.transformed[number];
     ray = transformed.to_object(world, t_far);
     return {transformed.tree, transformed.instance};
+  }
+  // The same for rays of a mask; returns a mask of those to be traced.
+  uint32_t enter_all(uint32_t number, const LevelRays& rays, uint32_t active, Ray* inside, Entered& in) const {
+    const TransformedInstance& transformed = structure.transformed[number];
+    in = {transformed.tree, transformed.instance};
+    for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<size_t>(std::countr_zero(rest));
+      inside[i] = transformed.to_object(*rays.ray[i], rays.lanes.t_max[i]);
+    }
+    return active;
   }
 };
 
@@ -350,13 +361,23 @@ struct BatchAnswers {
     }
   }
   void trace_in(size_t i, uint32_t number, float& t_far) const {
+    answer(i, t_far, [&](Hit& hit) { return queries.template trace_one<kAny>(i, number, t_far, hit); });
+  }
+  // Traces a ray from a node of the hierarchy on.
+  void visit(size_t i, uint32_t node, float& t_far) const {
+    answer(i, t_far, [&](Hit& hit) { return queries.template visit<kAny>(i, node, t_far, hit); });
+  }
+
+ private:
+  template <class Trace>
+  [[gnu::always_inline]] void answer(size_t i, float& t_far, const Trace& trace) const {
     if constexpr (kAny) {
       Hit hit;
-      if (!queries.template trace_one<true>(i, number, t_far, hit)) return;
+      if (!trace(hit)) return;
       answers[i] = 1;
       t_far = -1.0f;
     } else {
-      queries.template trace_one<false>(i, number, t_far, answers[i]);
+      trace(answers[i]);
     }
   }
 };

@@ -9,10 +9,10 @@ namespace kindling::accel::kd::KINDLING_SIMD {
 // Calls visit(box index) for the boxes that the ray enters in [t_min, t_far], roughly front to back
 // or, if kAny, in any order. visit may narrow t_far, unless kAny, and ends the search by returning
 // true, which is then the result. `instances` has what visit reads of each box; it is fetched
-// ahead.
+// ahead. Begins at a node of the hierarchy.
 template <bool kAny, class Instance, class Visit>
 inline bool visit_instances(const InstanceLevel& level, std::span<const Instance> instances, const Ray& ray,
-                            float t_min, const float& t_far, const Visit& visit) {
+                            float t_min, const float& t_far, const Visit& visit, uint32_t root = 0) {
   if (level.empty()) return false;
   const Imath::V3f& o = ray.origin;
   // Distances to boxes count in units of `length` where reciprocals would be infinite otherwise.
@@ -44,7 +44,7 @@ inline bool visit_instances(const InstanceLevel& level, std::span<const Instance
   std::array<Frame, InstanceNode::kMaxDepth + 1> frames;
   std::array<uint8_t, InstanceNode::kMaxDepth + 1> rests; // by frame; bit i: child i is still to be visited
   size_t top = 0;
-  uint32_t rest = 0, child = 0;
+  uint32_t rest = 0, child = root;
   while (true) {
     const InstanceLevel::Node& node = level.node(child);
     rests[top] = static_cast<uint8_t>(rest);

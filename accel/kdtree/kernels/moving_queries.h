@@ -5,8 +5,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/instance_packet.h"
 #include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/moving_entry.h"
 #include "accel/kdtree/kernels/plane_walk.h"
 #include "accel/kdtree/kernels/traversal.h"
 
@@ -61,15 +63,21 @@ template <bool kAny>
   });
 }
 
-// Traces all moving instances. `world` satisfies can_hit(); `hit`, if any, is at t_far.
+// Traces moving instances from a node of the hierarchy on. `world` satisfies can_hit(); `hit`, if
+// any, is at t_far, which hits narrow.
 template <bool kAny>
-inline bool trace_moving(const Structure& s, const Ray& world, float t_far, Hit& hit) {
+inline bool trace_moving_from(const Structure& s, uint32_t node, const Ray& world, float& t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f), time = clamped_time(world.time);
-  return visit_instances<kAny>(s.moving_level, std::span(s.moving), world, t_min, t_far, [&](uint32_t i) {
+  const auto visit = [&](uint32_t i) {
     if (s.filter.abandoned()) [[unlikely]]
       return true;
     return trace_one_moving<kAny>(s, s.moving[i], world, time, t_min, t_far, hit);
-  });
+  };
+  return visit_instances<kAny>(s.moving_level, std::span(s.moving), world, t_min, t_far, visit, node);
+}
+template <bool kAny>
+inline bool trace_moving(const Structure& s, const Ray& world, float t_far, Hit& hit) {
+  return trace_moving_from<kAny>(s, 0, world, t_far, hit);
 }
 
 // Moving instances, for a stream.
@@ -98,6 +106,19 @@ struct MovingInstances {
     ray = with_end(in_tree, t_far);
     return {moving.tree, moving.instance};
   }
+  // The same for rays of a mask; returns a mask of those to be traced.
+  uint32_t enter_all(uint32_t number, const LevelRays& rays, uint32_t active, Ray* inside, Entered& in) const {
+    const MovingInstance& moving = structure.moving[number];
+    in = {moving.tree, moving.instance, moving.deforming != nullptr};
+    if (in.is_apart) return active;
+    if (!moving.keys.empty()) return enter_moving(moving, rays, active, inside);
+    for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<size_t>(std::countr_zero(rest));
+      const Ray world = with_end(*rays.ray[i], rays.lanes.t_max[i]);
+      inside[i] = moving.in_place ? world : moving.to_object(world);
+    }
+    return active;
+  }
 };
 // The calls of a stream through moving instances.
 struct OfMoving {
@@ -112,6 +133,10 @@ struct OfMoving {
   bool trace_one(size_t i, uint32_t number, float& t_far, Hit& hit) const {
     const float t_min = std::max(rays[i].t_min, 0.0f);
     return trace_one_moving<kAny>(s, s.moving[number], rays[i], clamped_time(rays[i].time), t_min, t_far, hit);
+  }
+  template <bool kAny>
+  [[gnu::noinline]] bool visit(size_t i, uint32_t node, float& t_far, Hit& hit) const {
+    return trace_moving_from<kAny>(s, node, rays[i], t_far, hit);
   }
 };
 
@@ -144,21 +169,25 @@ inline bool occluded(const Structure& s, const Ray& ray) {
 }
 
 // Answers a batch query: static geometry first, then moving instances.
-template <const Queries& kStatic, class Answer,
+template <const Queries& kStatic, bool kCoherent, class Answer,
           void (*Queries::*query)(const Structure&, std::span<const Ray>, std::span<Answer>)>
 inline void batch(const Structure& s, std::span<const Ray> rays, std::span<Answer> answers) {
+  constexpr bool kAny = std::is_same_v<Answer, uint8_t>;
   (kStatic.*query)(s, rays, answers);
-  add_moving(s, rays, answers);
+  if constexpr (kCoherent)
+    trace_coherent_instances<kAny, OfMoving>(s, MovingInstances{s}, rays, answers);
+  else
+    add_moving(s, rays, answers);
 }
 
 template <const Queries& kStatic>
 constexpr Queries make_moving_queries() {
   return {intersect<kStatic>,
           occluded<kStatic>,
-          batch<kStatic, Hit, &Queries::intersect_stream>,
-          batch<kStatic, uint8_t, &Queries::occluded_stream>,
-          batch<kStatic, Hit, &Queries::intersect_coherent>,
-          batch<kStatic, uint8_t, &Queries::occluded_coherent>};
+          batch<kStatic, false, Hit, &Queries::intersect_stream>,
+          batch<kStatic, false, uint8_t, &Queries::occluded_stream>,
+          batch<kStatic, true, Hit, &Queries::intersect_coherent>,
+          batch<kStatic, true, uint8_t, &Queries::occluded_coherent>};
 }
 
 } // namespace kindling::accel::kd::KINDLING_SIMD

@@ -35,11 +35,19 @@ inline constexpr uint32_t kPacketRegisters = 4;
 template <bool kAny>
 class Packet {
  public:
-  Packet(const Tree& tree, const HitFilter& filter) : scene_{tree, filter} {}
+  Packet(const Tree& tree, const HitFilter& filter) : scene_{&tree, filter} {}
+  explicit Packet(const HitFilter& filter) : scene_{nullptr, filter} {}
   Packet(const Packet&) = delete;
   Packet& operator=(const Packet&) = delete;
 
   [[nodiscard]] PacketRays<kAny>& rays(uint32_t i) { return rays_[i]; }
+  // Changes what the next rays are traced through.
+  void set_scene(const Tree& tree, uint32_t instance, const Ray* first, const Ray* const* world) {
+    scene_.tree = &tree;
+    scene_.instance = instance;
+    scene_.first = first;
+    scene_.world = world;
+  }
 
   // Returns true if many of the rays traced since start_batch() have left their packets, so that a
   // stream is faster.
@@ -60,7 +68,7 @@ class Packet {
     }
     signs_ = 0;
     for (uint32_t k = 0; k < 3; ++k) signs_ |= (rays_[0].points_down(k) != kAny ? 1U : 0U) << k;
-    const Imath::Box3f& box = scene_.tree.clip_bounds;
+    const Imath::Box3f& box = scene_.tree->clip_bounds;
     const auto face = [&](bool high, uint32_t k) { return (high ? box.max : box.min)[static_cast<int>(k)]; };
     uint32_t active[kCount], registers = 0;
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
@@ -68,7 +76,7 @@ class Packet {
                                     [&](uint32_t k) { return face(!rays_[0].points_down(k), k); });
       registers |= (active[r] != 0 ? 1U : 0U) << r;
     });
-    const ChildWord root = scene_.tree.root;
+    const ChildWord root = scene_.tree->root;
     if (registers == 0) return;
     if ((root & kLeafBit) != 0)
       test_leaf<kCount>(rays_, root, active);
@@ -132,7 +140,7 @@ class Packet {
     while (top != 0) {
       const Entry entry = stack[--top];
       if (!(entry.enter <= end * kBeyond)) continue;
-      const BoxNode& node = scene_.tree.nodes[entry.node];
+      const BoxNode& node = scene_.tree->nodes[entry.node];
       const ChildWord child = entry.child;
       if ((child & kLeafBit) != 0) {
         uint32_t active[kCount];
@@ -173,7 +181,7 @@ class Packet {
   // the new height of the stack.
   [[gnu::always_inline]] uint32_t push_children(const RayBounds& bounds, ChildWord number, uint32_t registers,
                                                 float end, Entry* stack, uint32_t top) const {
-    const BoxNode& node = scene_.tree.nodes[number];
+    const BoxNode& node = scene_.tree->nodes[number];
     const float* faces = node.low[0].data();
     Lanes8 enter(bounds.t_min), leave(end);
     for (uint32_t k = 0; k < 3; ++k) {
@@ -212,7 +220,7 @@ class Packet {
   // Tests the active rays of each register against a leaf.
   template <uint32_t kCount>
   [[gnu::always_inline]] void test_leaf(PacketRays<kAny>* rays, ChildWord child, uint32_t (&active)[kCount]) {
-    const LeafUnit* unit = scene_.tree.leaves.data() + (child & ~kLeafBit);
+    const LeafUnit* unit = scene_.tree->leaves.data() + (child & ~kLeafBit);
     uint32_t all = 0; // rays of registers that are tested together
     for_each<kCount>([&](auto r) __attribute__((always_inline)) {
       if (active[r] != 0 && std::popcount(active[r]) < PacketRays<kAny>::kMinLeafRays) {

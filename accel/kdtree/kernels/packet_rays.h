@@ -51,12 +51,14 @@ struct RayClasses {
 // Determines whether several groups of sixteen rays are all of one class that packets trace.
 class CommonClass {
  public:
-  void add(const RayClasses& classes) {
+  // Adds the first `count` of sixteen rays.
+  void add(const RayClasses& classes, uint32_t count = kRayLanes) {
+    const uint32_t used = kAllRays >> (kRayLanes - count);
     for (size_t k = 0; k < all_.size(); ++k) {
-      all_[k] &= classes.bits[k];
-      any_[k] |= classes.bits[k];
+      all_[k] &= classes.bits[k] | (kAllRays ^ used);
+      any_[k] |= classes.bits[k] & used;
     }
-    apart_ |= classes.apart;
+    apart_ |= classes.apart & used;
   }
   [[nodiscard]] bool agree() const {
     uint32_t mixed = apart_;
@@ -77,13 +79,25 @@ struct RayBounds {
   float t_min;
 };
 
+// The tree that a packet is traced through, and the rays that the filter sees.
+struct PacketScene {
+  const Tree* tree;
+  const HitFilter& filter;
+  // In the space of an instance: its index, the first ray of an array of rays in its space, and the
+  // world's rays by position in this array.
+  uint32_t instance = kNoId;
+  const Ray* first = nullptr;
+  const Ray* const* world = nullptr;
+
+  [[nodiscard]] CandidateFilter filter_of(const Ray& ray) const {
+    return {filter, world == nullptr ? ray : *world[&ray - first], *tree, instance};
+  }
+};
+
 template <bool kAny>
 class PacketRays {
  public:
-  struct Scene {
-    const Tree& tree;
-    const HitFilter& filter;
-  };
+  using Scene = PacketScene;
 
   // Loads 1 to 16 rays; ray_at(i) refers to ray i. Rays to be traced must be of one class, and not
   // one of misses.
@@ -179,7 +193,7 @@ class PacketRays {
   // Traces ray i alone through the subtree of a child.
   [[gnu::noinline]] void trace_alone(const Scene& scene, uint32_t i, ChildWord child) {
     const Ray& ray = *ray_[i];
-    const CandidateFilter filter{scene.filter, ray, scene.tree, kNoId};
+    const CandidateFilter filter = scene.filter_of(ray);
     const RayShear shear = shear_of_ray(i);
     const WalkingRay walking =
         walking_ray(ray, Float4{reciprocal_[0][i], reciprocal_[1][i], reciprocal_[2][i], 0.0f}, shear, lanes_.t_min[i]);
@@ -187,7 +201,7 @@ class PacketRays {
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
     const TreeHit before = best;
     const bool any = walk_boxes<kAny>(
-        scene.tree, walking, child, t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) {
+        *scene.tree, walking, child, t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) {
           return intersect_leaf<kAny>(unit, Static(), shear, walking.t_min, filter, t_far, best);
         });
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);
@@ -200,7 +214,7 @@ class PacketRays {
   void test_leaf(const Scene& scene, const LeafUnit* unit, uint32_t active) {
     for (uint32_t rest = active; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(rest));
-      const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
+      const CandidateFilter filter = scene.filter_of(*ray_[i]);
       TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
       const uint32_t before = best.primitive;
       const bool any =
@@ -313,7 +327,7 @@ class PacketRays {
     v.store(vs);
     for (uint32_t rest = mask; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<uint32_t>(std::countr_zero(rest));
-      const CandidateFilter filter{scene.filter, *ray_[i], scene.tree, kNoId};
+      const CandidateFilter filter = scene.filter_of(*ray_[i]);
       if (!filter.accepts({ts[i], us[i], vs[i], primitive})) mask &= ~(1U << i);
     }
     return mask;

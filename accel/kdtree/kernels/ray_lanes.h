@@ -31,6 +31,21 @@ struct alignas(64) RayLanes {
     min(Lanes16(std::numeric_limits<float>::max()), Lanes16::load(t_max)).store(t_max);
   }
 
+  // Writes origin, direction and interval of the rays of a mask.
+  void store(uint32_t mask, Ray* rays) const {
+    std::array<Ray, kRayLanes> all;
+    const auto scatter = [&](const float(&xyz)[3][kRayLanes], const float* w, size_t offset) {
+      scatter16(Lanes16::load(xyz[0]), Lanes16::load(xyz[1]), Lanes16::load(xyz[2]), Lanes16::load(w),
+                [&](uint32_t i) { return reinterpret_cast<float*>(&all[i]) + offset / sizeof(float); });
+    };
+    scatter(origin, t_min, offsetof(Ray, origin));
+    scatter(direction, t_max, offsetof(Ray, direction));
+    for (; mask != 0; mask &= mask - 1) {
+      const auto i = static_cast<size_t>(std::countr_zero(mask));
+      rays[i] = all[i];
+    }
+  }
+
   // Bit i is can_hit(ray i).
   [[nodiscard]] uint32_t can_hit() const {
     const Lanes16 zero(0.0f), x = Lanes16::load(direction[0]), y = Lanes16::load(direction[1]),

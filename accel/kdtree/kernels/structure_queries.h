@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/kernels/instance_packet.h"
 #include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
 #include "accel/kdtree/kernels/packet.h"
@@ -23,15 +24,21 @@ inline bool trace_transformed(const Structure& s, const TransformedInstance& tra
   return false;
 }
 
-// Continues after the world tree; `hit`, if any, is at t_far.
+// Continues after the world tree, from a node of the hierarchy on; `hit`, if any, is at t_far,
+// which hits narrow.
 template <bool kAny>
-inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
+inline bool trace_instances_from(const Structure& s, uint32_t node, const Ray& world, float& t_far, Hit& hit) {
   const float t_min = std::max(world.t_min, 0.0f);
-  return visit_instances<kAny>(s.instance_level, std::span(s.transformed), world, t_min, t_far, [&](uint32_t i) {
+  const auto visit = [&](uint32_t i) {
     if (s.filter.abandoned()) [[unlikely]]
       return true;
     return trace_transformed<kAny>(s, s.transformed[i], world, t_min, t_far, hit);
-  });
+  };
+  return visit_instances<kAny>(s.instance_level, std::span(s.transformed), world, t_min, t_far, visit, node);
+}
+template <bool kAny>
+inline bool trace_instances(const Structure& s, const Ray& world, float t_far, Hit& hit) {
+  return trace_instances_from<kAny>(s, 0, world, t_far, hit);
 }
 
 template <bool kAny>
@@ -71,6 +78,10 @@ struct OfTransformed {
   template <bool kAny>
   bool trace_one(size_t i, uint32_t number, float& t_far, Hit& hit) const {
     return trace_transformed<kAny>(s, s.transformed[number], rays[i], std::max(rays[i].t_min, 0.0f), t_far, hit);
+  }
+  template <bool kAny>
+  [[gnu::noinline]] bool visit(size_t i, uint32_t node, float& t_far, Hit& hit) const {
+    return trace_instances_from<kAny>(s, node, rays[i], t_far, hit);
   }
 };
 
@@ -152,7 +163,8 @@ inline void intersect_coherent(const Structure& s, std::span<const Ray> rays, st
   trace_packets<false>(s.world_tree, s.filter, rays, finish, [&](std::span<const uint32_t> incoherent) {
     trace_incoherent<false>(s, rays, incoherent, finish);
   });
-  add_instances(s, rays, hits);
+  if (s.instance_level.empty()) return;
+  trace_coherent_instances<false, OfTransformed>(s, TransformedInstances{s}, rays, hits);
 }
 
 inline void occluded_coherent(const Structure& s, std::span<const Ray> rays, std::span<uint8_t> blocked) {
@@ -161,7 +173,8 @@ inline void occluded_coherent(const Structure& s, std::span<const Ray> rays, std
   trace_packets<true>(s.world_tree, s.filter, rays, finish, [&](std::span<const uint32_t> incoherent) {
     trace_incoherent<true>(s, rays, incoherent, finish);
   });
-  add_instances(s, rays, blocked);
+  if (s.instance_level.empty()) return;
+  trace_coherent_instances<true, OfTransformed>(s, TransformedInstances{s}, rays, blocked);
 }
 
 constexpr Queries make_queries() {
