@@ -24,28 +24,24 @@ struct LeafReference {
 struct BinaryNode {
   static constexpr uint32_t kLeaf = 3;
 
-  float position = 0.0f; // inner node: position of the plane
+  float position = 0.0f; // inner node: position of the plane; of a deforming tree, at the begin of its slice
   uint32_t axis = kLeaf; // inner node: 0 to 2
-  uint32_t count = 0;    // leaf: number of references; inner node: the bits of displacement()
+  uint32_t count = 0;    // leaf: number of references
   // Inner node: the summed area of the finished nodes needed, relative to the area of the whole
-  // tree. Static trees: if the node may take up to 1 to 7 lanes of its parent's (see box_cuts.h).
-  // Deforming trees, first three: if it may be cut up to 0, 1 or 2 levels further down (see
-  // deforming/plane_cuts.h). Leaf: 0.
+  // tree, if the node may take up to 1 to 7 lanes of its parent's (see box_cuts.h). Leaf: 0.
   std::array<float, 7> area_cost{};
   union {
-    BinaryNode* children = nullptr;  // inner node: two children, below and above the plane
+    // Inner node: two children, below and above the plane. In a deforming tree two further nodes
+    // follow, which have the bounds of the children at the end of the slice and nothing else.
+    BinaryNode* children = nullptr;
     const LeafReference* references; // leaf
   };
-  // Static trees: bounds of what is near the triangles, within their margins, and in the cell;
-  // empty for an empty node.
+  // Bounds of what is near the triangles, within their margins, and in the cell; empty for an empty
+  // node. Of a deforming tree, at the begin of its slice.
   Imath::Box3f bounds;
 
-  // Displacement of an inner node's plane over its slice of the shutter; 0 in static trees.
-  [[nodiscard]] float displacement() const {
-    assert(is_inner());
-    return std::bit_cast<float>(count);
-  }
-  void set_displacement(float displacement) { count = std::bit_cast<uint32_t>(displacement); }
+  // The bounds of a child of a deforming tree at the end of its slice.
+  [[nodiscard]] Imath::Box3f& bounds_at_end() { return this[2].bounds; }
   [[nodiscard]] bool is_inner() const { return axis != kLeaf; }
   [[nodiscard]] bool is_empty() const { return axis == kLeaf && count == 0; }
 };

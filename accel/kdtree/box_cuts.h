@@ -36,18 +36,16 @@ struct LaneShares {
   return best;
 }
 
-// Sets bounds and area_cost of an inner node whose children have theirs. `inverse_area`: the
+// Sets area_cost of an inner node with this box, whose children have theirs. `inverse_area`: the
 // reciprocal half area of the whole tree.
-inline void choose_boxes(BinaryNode& node, double inverse_area) {
+inline void choose_lanes(BinaryNode& node, const Imath::Box3f& box, double inverse_area) {
   assert(node.is_inner());
   const BinaryNode &below = node.children[0], &above = node.children[1];
-  node.bounds = below.bounds;
-  node.bounds.extendBy(above.bounds);
   if (below.is_empty() || above.is_empty()) {
     node.area_cost = (below.is_empty() ? above : below).area_cost;
     return;
   }
-  const Imath::V3f size = node.bounds.max - node.bounds.min;
+  const Imath::V3f size = box.max - box.min;
   const double area = static_cast<double>(size.x) * size.y + static_cast<double>(size.y) * size.z +
                       static_cast<double>(size.z) * size.x;
   // The costs of share_lanes() for all numbers of lanes at once.
@@ -62,6 +60,13 @@ inline void choose_boxes(BinaryNode& node, double inverse_area) {
       shared[k] = std::min(shared[k], below.area_cost[i - 1] + shifted[7 + k - i]);
   const float own = static_cast<float>(area * inverse_area) + shared[kWideLanes - 1];
   for (uint32_t k = 0; k < kWideLanes - 1; ++k) node.area_cost[k] = std::min(own, shared[k]);
+}
+
+// The same, and sets the bounds of the node, in a static tree.
+inline void choose_boxes(BinaryNode& node, double inverse_area) {
+  node.bounds = node.children[0].bounds;
+  node.bounds.extendBy(node.children[1].bounds);
+  choose_lanes(node, node.bounds, inverse_area);
 }
 
 // Returns true if the children of an inner node take its place in the box node of its parent, where

@@ -6,9 +6,20 @@
 #include "accel/vectors.h"
 
 #include <limits>
+#include <type_traits>
 
 namespace kindling::accel::kd {
 namespace {
+
+BinaryPlace skip_lone_children(const BinaryPlace& top) {
+  BinaryPlace at = top;
+  while (at.node->is_inner()) {
+    BinaryNode* children = at.node->children;
+    if (!children[0].is_empty() && !children[1].is_empty()) break;
+    at = {&children[children[0].is_empty() ? 1 : 0], at.depth + 1};
+  }
+  return at;
+}
 
 // The part of a binary tree that a box node takes the place of.
 class Gathering {
@@ -50,7 +61,7 @@ class Gathering {
   };
 
   uint8_t add(const BinaryPlace& place, uint32_t lanes, bool in_levels) {
-    const BinaryPlace at = BoxLayout::root(place);
+    const BinaryPlace at = skip_lone_children(place);
     const auto number = static_cast<uint8_t>(count_++);
     const bool may_open = at.node->is_inner() && lanes > 1;
     if (!may_open || !(lanes == kWideLanes || in_levels || is_opened(*at.node, lanes))) {
@@ -71,29 +82,33 @@ class Gathering {
 
 } // namespace
 
-BinaryPlace BoxLayout::root(const BinaryPlace& top) {
-  BinaryPlace at = top;
-  while (at.node->is_inner()) {
-    BinaryNode* children = at.node->children;
-    if (!children[0].is_empty() && !children[1].is_empty()) break;
-    at = {&children[children[0].is_empty() ? 1 : 0], at.depth + 1};
-  }
-  return at;
+template <class AnyNode>
+BinaryPlace BoxLayout<AnyNode>::root(const BinaryPlace& top) {
+  return skip_lone_children(top);
 }
 
-void BoxLayout::place(const BinaryPlace& top, bool in_levels, BoxNode& node, PlacedChildren& children) {
+template <class AnyNode>
+void BoxLayout<AnyNode>::place(const BinaryPlace& top, bool in_levels, Node& node, PlacedChildren& children) {
   const Gathering gathering(top, in_levels);
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
     const bool used = lane < gathering.count();
     if (used) children[lane] = gathering.child(lane);
     for (uint32_t k = 0; k < 3; ++k) {
-      constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
       const auto axis = static_cast<int>(k);
-      node.low[k][lane] = used ? children[lane].node->bounds.min[axis] : kNone;
-      node.high[k][lane] = used ? children[lane].node->bounds.max[axis] : kNone;
+      BinaryNode* child = children[lane].node;
+      node.low[k][lane] = used ? child->bounds.min[axis] : kNone;
+      node.high[k][lane] = used ? child->bounds.max[axis] : kNone;
+      if constexpr (std::is_same_v<Node, MovingNode>) {
+        node.low_displacement[k][lane] = used ? child->bounds_at_end().min[axis] - node.low[k][lane] : 0.0f;
+        node.high_displacement[k][lane] = used ? child->bounds_at_end().max[axis] - node.high[k][lane] : 0.0f;
+      }
     }
   }
   store_vector(node.order.data(), gathering.orders());
 }
+
+template struct BoxLayout<BoxNode>;
+template struct BoxLayout<MovingNode>;
 
 } // namespace kindling::accel::kd

@@ -1,14 +1,17 @@
-// Lays out the nodes of static trees.
+// Lays out the nodes of static and of deforming trees.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/kdtree/box_node.h"
+#include "accel/kdtree/deforming/moving_node.h"
 #include "accel/kdtree/node_layout.h"
 
 namespace kindling::accel::kd {
 
+// `Node`: BoxNode or MovingNode.
+template <class AnyNode>
 struct BoxLayout {
-  using Node = BoxNode;
+  using Node = AnyNode;
 
   // Passes over nodes with one child: their planes only cut off empty space, which boxes do as
   // well.
@@ -17,7 +20,7 @@ struct BoxLayout {
   // Sets all of a finished node but its children, and these as parts of the binary tree; `top` is a
   // root(), an inner node. `in_levels`: takes three levels of the binary tree, otherwise those that
   // cost least.
-  static void place(const BinaryPlace& top, bool in_levels, BoxNode& node, PlacedChildren& children);
+  static void place(const BinaryPlace& top, bool in_levels, Node& node, PlacedChildren& children);
 };
 
 } // namespace kindling::accel::kd

@@ -317,11 +317,7 @@ class KdTreeAccelerator final : public Accelerator {
       if (deforming.slices.empty()) continue;
       placed.tree = nullptr;
       placed.deforming = &deforming;
-      float extent = 0.0f;
-      for (const kd::DeformingSlice& slice : deforming.slices) extent = std::max(extent, slice.tree.largest_extent);
-      const Imath::V3f margin(kExtentTolerance * extent);
-      const Imath::Box3f bounds(deforming.bounds.min - margin, deforming.bounds.max + margin);
-      add(bounds, {bounds});
+      add(deforming.bounds, {deforming.bounds});
     }
     size_t box = 0;
     for (kd::MovingInstance& placed : structure_.moving) {

@@ -7,7 +7,6 @@
 #include "accel/kdtree/box_layout.h"
 #include "accel/kdtree/config.h"
 #include "accel/kdtree/deforming/moving_block.h"
-#include "accel/kdtree/deforming/plane_layout.h"
 
 #include <tbb/parallel_for.h>
 
@@ -30,8 +29,8 @@ bool must_take_levels(uint32_t binary_depth, uint32_t depth) {
 }
 static_assert(kMaxDepth <= kWideLevels * kMaxWideDepth);
 
-AlignedArray<BoxNode>& nodes_of(Tree& tree, BoxLayout) { return tree.nodes; }
-AlignedArray<MovingNode>& nodes_of(Tree& tree, PlaneLayout) { return tree.moving_nodes; }
+AlignedArray<BoxNode>& nodes_of(Tree& tree, BoxLayout<BoxNode>) { return tree.nodes; }
+AlignedArray<MovingNode>& nodes_of(Tree& tree, BoxLayout<MovingNode>) { return tree.moving_nodes; }
 
 // A subtree, or the top of the tree without its subtrees. Node indices and leaf positions are
 // relative to the part; nodes count from 1, because 0 means an empty child.
@@ -73,7 +72,6 @@ class TreePart {
     for (Node& node : nodes_)
       for (ChildWord& child : node.child) address(child);
     address(root_);
-    if (slice_ != nullptr) find_extent();
   }
   // Sets the position of the part in the tree.
   void set_first(size_t node, size_t unit) {
@@ -100,7 +98,6 @@ class TreePart {
   [[nodiscard]] size_t unit_count() const { return units_.size(); }
   [[nodiscard]] size_t leaf_count() const { return leaves_.size(); }
   [[nodiscard]] size_t reference_count() const { return reference_count_; }
-  [[nodiscard]] float largest_extent() const { return largest_extent_; } // of a triangle
 
  private:
   [[nodiscard]] ChildWord in_tree(ChildWord child) const {
@@ -134,14 +131,6 @@ class TreePart {
     return static_cast<ChildWord>(number);
   }
 
-  void find_extent() {
-    for (size_t unit = 0; unit < units_.size();) {
-      const MovingBlock block(&units_[unit]);
-      largest_extent_ = std::max(largest_extent_, block.largest_extent());
-      unit += block.unit_count();
-    }
-  }
-
   // Prefetches, since triangles are scattered in memory.
   static void prefetch_indices(std::span<const Geometry> geometries, const BinaryNode& leaf) {
     for (const LeafReference& r : std::span(leaf.references, leaf.count))
@@ -158,7 +147,6 @@ class TreePart {
   std::vector<const BinaryNode*> leaves_;
   std::vector<LeafUnit> units_;
   size_t reference_count_ = 0;
-  float largest_extent_ = 0.0f;
   uint32_t first_node_ = 0, first_unit_ = 0;
 };
 
@@ -191,7 +179,6 @@ void lay_out_parts(BinaryTree& binary, const TimeSlice* slice, const BuildMonito
     units += part.unit_count();
     tree.leaf_count += part.leaf_count();
     tree.reference_count += part.reference_count();
-    tree.largest_extent = std::max(tree.largest_extent, part.largest_extent());
   }
   auto& finished = nodes_of(tree, Layout());
   finished = AlignedArray<typename Layout::Node>(nodes + 1);
@@ -218,9 +205,9 @@ Tree lay_out(BinaryTree binary, std::vector<Geometry> geometries, const TimeSlic
     tree.clip_bounds.max[k] = tree.bounds.max[k] + margin;
   }
   if (slice == nullptr)
-    lay_out_parts<BoxLayout>(binary, slice, monitor, tree);
+    lay_out_parts<BoxLayout<BoxNode>>(binary, slice, monitor, tree);
   else
-    lay_out_parts<PlaneLayout>(binary, slice, monitor, tree);
+    lay_out_parts<BoxLayout<MovingNode>>(binary, slice, monitor, tree);
   return tree;
 }
 

@@ -149,8 +149,6 @@ class MovingBlock {
     };
     return {coordinate(0), coordinate(1), coordinate(2)};
   }
-  // Returns the largest range of a triangle's coordinates along an axis, at any key.
-  [[nodiscard]] float largest_extent() const;
   [[nodiscard]] const uint16_t* corners() const { return triangles().corners(); }
   [[nodiscard]] uint32_t primitive(uint32_t triangle) const { return triangles().primitive(triangle); }
   [[nodiscard]] uint32_t unit_count() const { return units_for(vertex_count(), triangles().word_count(), key_count()); }

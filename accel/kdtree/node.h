@@ -27,7 +27,6 @@ struct Tree {
   // the slice, interpolated to those at its end.
   Imath::Box3f clip_bounds;
   Imath::Box3f clip_bounds_at_end; // of a deforming tree
-  float largest_extent = 0.0f;     // of a deforming tree: the largest range of a triangle's coordinates along an axis
   GeometryTable geometries;
   size_t triangle_count = 0, leaf_count = 0, reference_count = 0;
 

@@ -1,4 +1,4 @@
-// Parts of the binary tree that one finished node replaces, for the layouts of both kinds of nodes.
+// Parts of the binary tree that one finished node replaces, for the layout.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

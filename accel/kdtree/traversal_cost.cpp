@@ -5,7 +5,6 @@
 #include "accel/kdtree/candidate.h"
 #include "accel/kdtree/deforming/moving_block.h"
 #include "accel/kdtree/node.h"
-#include "accel/kdtree/tables.h"
 #include "accel/kdtree/widening.h"
 #include "accel/motion.h"
 #include "accel/triangle.h"
@@ -53,44 +52,35 @@ class TreeWalk {
            const TimeSlice* slice = nullptr)
       : tree_(filter.tree), ray_(ray), filter_(filter), any_hit_(any_hit), time_(clamped_time(ray.time)),
         fraction_(slice == nullptr ? 0.0f : slice->fraction_of(time_)), shear_(ray.origin, ray.direction), cost_(cost) {
-    const Imath::V3f size(std::fabs(ray.direction.x), std::fabs(ray.direction.y), std::fabs(ray.direction.z));
-    const float smallest = std::min({size.x, size.y, size.z}), largest = std::max({size.x, size.y, size.z});
-    steep_ = tree_.deforms() && (smallest < std::numeric_limits<float>::min() || smallest < largest * 0x1p-10f);
-    steepest_ = 1.0f / smallest;
-    margin_ = tree_.deforms() ? kExtentTolerance * tree_.largest_extent : 0.0f;
   }
 
   // Narrows t_far to the nearest hit. Returns true at the first hit if any_hit_ is set.
   bool run(float t_min, float& t_far) {
     t_far = std::min(t_far, std::numeric_limits<float>::max());
     if (tree_.root == kEmptyChild) return false;
-    if (!tree_.deforms()) return run_boxes(t_min, t_far);
-    Interval whole{t_min, t_far};
-    const Imath::Box3f &box = tree_.clip_bounds, &at_end = tree_.clip_bounds_at_end;
-    if (!whole.cut(between(box.min, at_end.min, fraction_), between(box.max, at_end.max, fraction_), ray_, margin_))
-      return false;
-    slack_ = 2.0f * margin_ * steepest_;
-    Cell cell{tree_.root, std::min(whole.enter, whole.leave), whole.leave};
-    while (true) {
-      while (cell.child != kEmptyChild && (cell.child & kLeafBit) == 0) cell = descend(cell);
-      if (cell.child != kEmptyChild && test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
-      const float end = t_far * kBeyond + (steep_ ? 0.0f : 2.0f * slack_);
-      while (steep_ && !stack_.empty() && stack_.back().enter > end) stack_.pop_back();
-      if (stack_.empty() || !(stack_.back().enter <= end)) return false;
-      cell = stack_.back();
-      cell.leave = earlier(cell.leave, end);
-      stack_.pop_back();
-    }
+    return tree_.deforms() ? run(tree_.moving_nodes, t_min, t_far) : run(tree_.nodes, t_min, t_far);
   }
 
  private:
   struct Cell {
     ChildWord child;
-    float enter, leave;
+    float enter;
   };
 
-  // The walk of a static tree by boxes, as in kernels/box_walk.h.
-  bool run_boxes(float t_min, float& t_far) {
+  [[nodiscard]] static Imath::V3f corner(const std::array<std::array<float, kWideLanes>, 3>& faces, uint32_t lane) {
+    return {faces[0][lane], faces[1][lane], faces[2][lane]};
+  }
+  // Returns the box of a child at the time of the ray.
+  [[nodiscard]] Imath::Box3f box_of(const BoxNode& node, uint32_t lane) const {
+    return {corner(node.low, lane), corner(node.high, lane)};
+  }
+  [[nodiscard]] Imath::Box3f box_of(const MovingNode& node, uint32_t lane) const {
+    return {corner(node.low, lane) + corner(node.low_displacement, lane) * fraction_,
+            corner(node.high, lane) + corner(node.high_displacement, lane) * fraction_};
+  }
+  // The walk by boxes, as in kernels/box_walk.h.
+  template <class Nodes>
+  bool run(const Nodes& nodes, float t_min, float& t_far) {
     const bool lengthens = may_bend(ray_.direction) && is_short(ray_.direction);
     const float unit = lengthens ? kShorten : 1.0f; // of distances
     uint32_t signs = 0;
@@ -99,75 +89,34 @@ class TreeWalk {
       signs |= std::signbit(ray_.direction[k]) ? 1U << k : 0U;
       reciprocals[k] = finite_reciprocal(lengthens ? ray_.direction[k] * kLengthen : ray_.direction[k]);
     }
-    const Interval whole{t_min * unit, t_far * unit};
-    if (!Interval(whole).cut(tree_.clip_bounds.min, tree_.clip_bounds.max, ray_, reciprocals)) return false;
-    for (stack_ = {{tree_.root, whole.enter, whole.leave}}; !stack_.empty();) {
+    Interval whole{t_min * unit, t_far * unit};
+    Imath::Box3f bounds = tree_.clip_bounds;
+    if (tree_.deforms())
+      bounds = {between(bounds.min, tree_.clip_bounds_at_end.min, fraction_),
+                between(bounds.max, tree_.clip_bounds_at_end.max, fraction_)};
+    if (!Interval(whole).cut(bounds.min, bounds.max, ray_, reciprocals)) return false;
+    for (stack_ = {{tree_.root, whole.enter}}; !stack_.empty();) {
       const Cell cell = stack_.back();
-      if (!(cell.enter <= t_far * unit * kBeyond)) return false;
       stack_.pop_back();
+      if (!(cell.enter <= t_far * unit * kBeyond)) {
+        if (tree_.deforms()) continue;
+        return false;
+      }
       if ((cell.child & kLeafBit) != 0) {
         if (test_leaf(cell.child, t_min, t_far) && any_hit_) return true;
         continue;
       }
       ++cost_.nodes;
-      const BoxNode& node = tree_.nodes[cell.child];
+      const auto& node = nodes[cell.child];
       for (uint32_t position = kWideLanes; position-- > 0;) { // from far to near
         const uint32_t lane = (node.order[signs] >> (4 * position)) & 7U;
+        if (node.child[lane] == kEmptyChild) continue;
         Interval inside{t_min * unit, t_far * unit};
-        if (node.child[lane] != kEmptyChild &&
-            inside.cut({node.low[0][lane], node.low[1][lane], node.low[2][lane]},
-                       {node.high[0][lane], node.high[1][lane], node.high[2][lane]}, ray_, reciprocals))
-          stack_.push_back({node.child[lane], inside.enter, inside.leave});
+        const Imath::Box3f box = box_of(node, lane);
+        if (inside.cut(box.min, box.max, ray_, reciprocals)) stack_.push_back({node.child[lane], inside.enter});
       }
     }
     return false;
-  }
-
-  // Steps to the near child and pushes the other children that the ray enters, farthest first. If
-  // intervals and entry point disagree on the near child, pushes all of them and returns no child.
-  Cell descend(const Cell& cell) {
-    ++cost_.nodes;
-    const MovingNode& node = tree_.moving_nodes[cell.child];
-    const auto axes = std::bit_cast<uint32_t>(node.planes[kAxesLane]);
-    std::array<float, kWideLanes> begin{}, end{}; // distances to planes, as ends of intervals
-    uint32_t above = 0, down = 0;
-    for (uint32_t lane = 0; lane < kWideLanes; ++lane) {
-      const int axis = static_cast<int>((axes >> (2 * lane)) & 3U);
-      if (axis > 2 || lane == kAxesLane) continue;
-      const float plane = node.planes[lane] + node.displacements[lane] * fraction_;
-      const float reciprocal = 1.0f / ray_.direction[axis];
-      const float entry_point = ray_.origin[axis] + cell.enter * ray_.direction[axis];
-      const float distance = plane - ray_.origin[axis], wide = steep_ ? std::copysign(margin_, reciprocal) : 0.0f;
-      begin[lane] = (distance - wide) * reciprocal;
-      end[lane] = (distance + wide) * reciprocal;
-      above |= (entry_point >= plane ? 1U : 0U) << lane;
-      down |= (std::signbit(reciprocal) ? 1U : 0U) << lane;
-    }
-    const uint32_t near = tables::kNearLane[above];
-    std::array<Cell, kWideLanes> children{};
-    uint32_t reached = 0, near_bit = 0;                              // by position
-    for (uint32_t position = 0; position < kWideLanes; ++position) { // from far to near
-      const auto entry = static_cast<uint32_t>(tables::kOrder[down] >> (8 * position)) & 0xffU;
-      const uint32_t lane = entry & 7U;
-      float enter = cell.enter, leave = cell.leave;
-      const auto pass = [&](size_t plane, bool far_side) {
-        (far_side ? enter : leave) = far_side ? later(begin[plane], enter) : earlier(end[plane], leave);
-      };
-      pass(kRootLane, position < 4);
-      pass(entry >> 6, (position & 2U) == 0);
-      pass((entry >> 3) & 7U, (position & 1U) == 0);
-      children[position] = {node.child[lane], enter, leave};
-      reached |= (enter <= leave * kWiden + (steep_ ? 0.0f : slack_) ? 1U : 0U) << position;
-      near_bit |= (lane == near ? 1U : 0U) << position;
-    }
-    const bool agree = !steep_ && (reached & (0U - near_bit)) == near_bit; // reached, and none before it
-    for (uint32_t position = 0; position < kWideLanes; ++position) {
-      const bool goes_to_stack = ((reached >> position) & 1U) != 0 && children[position].child != kEmptyChild;
-      if (goes_to_stack && !(agree && ((near_bit >> position) & 1U) != 0)) stack_.push_back(children[position]);
-    }
-    if (!agree) return {kEmptyChild, cell.enter, cell.leave};
-    const Cell& next = children[static_cast<size_t>(std::countr_zero(near_bit))];
-    return {next.child, cell.enter, next.leave};
   }
 
   bool test_leaf(ChildWord leaf, float t_min, float& t_far) {
@@ -213,8 +162,6 @@ class TreeWalk {
   const Ray& ray_;
   const CandidateFilter& filter_;
   bool any_hit_;
-  bool steep_ = false;
-  float steepest_ = 0.0f, margin_ = 0.0f, slack_ = 0.0f; // steepest_: the largest 1 / direction
   float time_, fraction_;
   RayShear shear_;
   TraversalCost& cost_;

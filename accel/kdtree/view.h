@@ -50,7 +50,6 @@ struct TreeView {
   std::span<const LeafUnit> leaves;
   std::span<const MeshIds> meshes; // sorted by first_primitive
   ChildWord root = kEmptyChild;
-  float largest_extent = 0.0f; // of a deforming tree
   PlainBox clip_bounds, clip_bounds_at_end;
   TimeSlice slice; // of a deforming tree
 

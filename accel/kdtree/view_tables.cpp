@@ -39,7 +39,6 @@ TreeView without_meshes(const Tree& tree) {
   view.moving_nodes = span_of(tree.moving_nodes);
   view.leaves = span_of(tree.leaves);
   view.root = tree.root;
-  view.largest_extent = tree.largest_extent;
   view.clip_bounds = plain(tree.clip_bounds);
   view.clip_bounds_at_end = plain(tree.clip_bounds_at_end);
   return view;

@@ -1,4 +1,4 @@
-// One ray through a static tree with a stack of 512 bytes: scalar, without recursion.
+// One ray through a tree with a stack of 256 bytes: scalar, without recursion.
 //
 // The walk visits the boxes that kernels/box_walk.h visits, in the same order and by the same
 // comparisons; the rules in kernels/traversal.h apply. But a child is tested when it is its turn,
@@ -12,21 +12,46 @@
 #include "accel/kdtree/compact/tree_stack.h"
 #include "accel/kdtree/view.h"
 #include "accel/kdtree/widening.h"
+#include "accel/motion_keys.h"
 
 #include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 namespace kindling::accel::kd::compact {
 
-// A ray in the space of a static tree, prepared to walk it.
-template <>
-class TreeWalk<Static> {
+// The nodes of static and of deforming trees, and their faces across an axis at the ray's time.
+[[nodiscard]] inline const BoxNode* nodes_of(const TreeView& tree, Static) { return tree.nodes.data(); }
+[[nodiscard]] inline const MovingNode* nodes_of(const TreeView& tree, const Deforming&) {
+  return tree.moving_nodes.data();
+}
+[[nodiscard]] inline float face_of(const BoxNode& node, bool high, uint32_t axis, uint32_t lane, Static) {
+  return (high ? node.high : node.low)[axis][lane];
+}
+[[nodiscard]] inline float face_of(const MovingNode& node, bool high, uint32_t axis, uint32_t lane,
+                                   const Deforming& motion) {
+  return (high ? node.high : node.low)[axis][lane] +
+         (high ? node.high_displacement : node.low_displacement)[axis][lane] * motion.fraction;
+}
+// Bounds of a tree at the ray's time, between those at both ends of its slice.
+[[nodiscard]] inline float bound_of(float at_begin, float /*at_end*/, Static) { return at_begin; }
+[[nodiscard]] inline float bound_of(float at_begin, float at_end, const Deforming& motion) {
+  return between(at_begin, at_end, motion.fraction);
+}
+
+// A ray in the space of a tree, prepared to walk it.
+template <class Motion>
+class TreeWalk {
+  static constexpr bool kInOrder = std::is_same_v<Motion, Static>; // a box beyond a hit ends the ray
+  using Node = std::conditional_t<kInOrder, BoxNode, MovingNode>;
+
  public:
   // The tree is not empty, `ray` satisfies can_hit(), and `t_min` is at least 0.
-  [[gnu::always_inline]] TreeWalk(const TreeView& tree, Static, const Ray& ray, float t_min)
-      : tree_(tree), nodes_(tree.nodes.data()), origin_(ray.origin), shear_(shear_of(ray)), t_min_(t_min) {
+  [[gnu::always_inline]] TreeWalk(const TreeView& tree, const Motion& motion, const Ray& ray, float t_min)
+      : tree_(tree), nodes_(nodes_of(tree, motion)), motion_(motion), origin_(ray.origin), shear_(shear_of(ray)),
+        t_min_(t_min) {
     const bool lengthens = may_bend(ray.direction) && is_short(ray.direction);
     const float length = lengthens ? kLengthen : 1.0f;
     unit_ = lengthens ? kShorten : 1.0f;
@@ -40,14 +65,14 @@ class TreeWalk<Static> {
   template <bool kAny, class Accepts>
   [[gnu::always_inline]] bool run(TreeStack& stack, float& t_far, TreeHit& best, const Accepts& accepts) const {
     const auto test = [&](ChildWord leaf) __attribute__((always_inline)) {
-      return intersect_leaf<kAny>(tree_.leaves.data() + (leaf & ~kLeafBit), Static(), shear_, t_min_, t_far, best,
+      return intersect_leaf<kAny>(tree_.leaves.data() + (leaf & ~kLeafBit), motion_, shear_, t_min_, t_far, best,
                                   accepts);
     };
     if (!enters_tree(t_far)) return false;
     if ((tree_.root & kLeafBit) != 0) return test(tree_.root) || (!kAny && best.is_hit());
     uint32_t number = tree_.root, position = 0, top = 0;
     while (true) {
-      const BoxNode& node = nodes_[number];
+      const Node& node = nodes_[number];
       const ChildWord child = next_child(node, position, t_far);
       if (child == kBeyondEnd) break;
       if (child == kEmptyChild) {
@@ -75,7 +100,7 @@ class TreeWalk<Static> {
   // Returns the first child from a position of the ray's order on that the ray enters, and sets the
   // position after it. Returns kEmptyChild if there is none, and kBeyondEnd if what follows lies
   // beyond the end of the ray, in this node and in all others.
-  [[nodiscard, gnu::always_inline]] ChildWord next_child(const BoxNode& node, uint32_t& position, float t_far) const {
+  [[nodiscard, gnu::always_inline]] ChildWord next_child(const Node& node, uint32_t& position, float t_far) const {
     const float end = t_far * unit_;
     while (position < kWideLanes) {
       const uint32_t lane = (node.order[down_] >> (4 * position++)) & 7U;
@@ -84,15 +109,15 @@ class TreeWalk<Static> {
       for (uint32_t k = 0; k < 3; ++k)
         inside = inside.from(distance(face(node, k, 0, lane), k)).until(distance(face(node, k, 1, lane), k));
       if (!inside.is_entered()) continue;
-      if (!(inside.enter <= end * kBeyond)) return kBeyondEnd;
+      if (kInOrder && !(inside.enter <= end * kBeyond)) return kBeyondEnd;
       if (inside.until(end).is_entered()) return node.child[lane];
     }
     position = kWideLanes;
     return kEmptyChild;
   }
   // Returns the face of a child's box across an axis that the ray meets first, or last.
-  [[nodiscard]] float face(const BoxNode& node, uint32_t k, uint32_t last, uint32_t lane) const {
-    return ((((down_ >> k) & 1U) != last) ? node.high : node.low)[k][lane];
+  [[nodiscard]] float face(const Node& node, uint32_t k, uint32_t last, uint32_t lane) const {
+    return face_of(node, ((down_ >> k) & 1U) != last, k, lane, motion_);
   }
   [[nodiscard]] float distance(float face, uint32_t k) const {
     const auto axis = static_cast<int>(k);
@@ -103,14 +128,17 @@ class TreeWalk<Static> {
     Interval interval{t_min_ * unit_, t_far * unit_};
     for (int axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<size_t>(axis);
-      interval = interval.within(tree_.clip_bounds.low[k], tree_.clip_bounds.high[k], 0.0f, component(origin_, axis),
-                                 component(reciprocal_, axis));
+      const PlainBox &begin = tree_.clip_bounds, &end = tree_.clip_bounds_at_end;
+      interval =
+          interval.within(bound_of(begin.low[k], end.low[k], motion_), bound_of(begin.high[k], end.high[k], motion_),
+                          0.0f, component(origin_, axis), component(reciprocal_, axis));
     }
     return interval.is_entered();
   }
 
   const TreeView& tree_;
-  const BoxNode* nodes_;
+  const Node* nodes_;
+  [[no_unique_address]] Motion motion_;
   Imath::V3f origin_, reciprocal_;
   RayShear shear_;
   float t_min_, unit_; // distances to boxes are multiplied by `unit_`: not 1 if the direction is_short()

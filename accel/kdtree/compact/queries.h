@@ -12,7 +12,6 @@
 #include "accel/affine.h"
 #include "accel/kdtree/compact/box_walk.h"
 #include "accel/kdtree/compact/instance_walk.h"
-#include "accel/kdtree/compact/plane_walk.h"
 #include "accel/kdtree/view.h"
 #include "accel/kdtree/widening.h"
 #include "accel/motion_keys.h"

@@ -11,21 +11,16 @@
 
 namespace kindling::accel::kd::compact {
 
-// Nodes on the path with children still to visit, one quadword each.
+// Nodes on the path with children still to visit, 8 bytes each.
 struct TreeStack {
-  struct alignas(16) Frame {
+  struct alignas(8) Frame {
     uint32_t node;
-    uint32_t rest;      // static trees: the position of the next child in the order of the ray; else a bit for each
-    float enter, leave; // of the node; in deforming trees
+    uint32_t rest; // the position of the next child in the order of the ray
   };
   static constexpr uint32_t kFrames = kMaxWideDepth; // one for each node of a path
   std::array<Frame, kFrames> frames;
 };
-static_assert(sizeof(TreeStack) == 512);
-
-// A walk through a tree; see box_walk.h and plane_walk.h.
-template <class Motion>
-class TreeWalk;
+static_assert(sizeof(TreeStack) == 256);
 
 struct Interval {
   float enter, leave;

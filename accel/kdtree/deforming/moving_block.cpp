@@ -122,19 +122,6 @@ void append_moving_blocks(std::span<const Geometry> geometries, std::span<const 
 
 } // namespace
 
-float MovingBlock::largest_extent() const {
-  float extent = 0.0f;
-  for (uint32_t key = 0; key < key_count(); ++key)
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      for (uint32_t i = 0; i < triangle_count(); ++i) {
-        const float* at = row(key, axis);
-        const uint32_t corner = corners()[i];
-        const float a = at[corner & 15U], b = at[(corner >> 4) & 15U], c = at[(corner >> 8) & 15U];
-        extent = std::max(extent, std::max({a, b, c}) - std::min({a, b, c}));
-      }
-  return extent;
-}
-
 void append_moving_leaf(std::span<const Geometry> geometries, std::span<const LeafReference> references,
                         const TimeSlice& slice, std::vector<LeafUnit>& out) {
   assert(!references.empty());

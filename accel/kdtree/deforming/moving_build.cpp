@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/deforming/moving_build.h"
 
-#include "accel/kdtree/deforming/plane_cuts.h"
+#include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/subtree.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -103,24 +103,33 @@ MovingPlane plane_for(const SweptMeshes& meshes, const Split& split, const Imath
   return count_crossed(at_bound, references) <= count_crossed(average, references) ? at_bound : average;
 }
 
+// Returns the bounds of what is near a triangle in its cell, at the begin or end of the slice.
+Imath::Box3f bounds_of(const SweptMeshes& meshes, const MovingReference& reference, int end) {
+  const Imath::V3f margin = meshes.margin + Imath::V3f(reference.margin);
+  return {reference.low[end] - margin, reference.high[end] + margin};
+}
+
 class MovingBuilder {
  public:
   MovingBuilder(const BuildContext& context, const SweptMeshes& meshes) : context_(context), meshes_(meshes) {}
 
-  double build(const Cell& cell, MovingReferences references, BinaryNode& node) {
+  // Fills a node, and `at_end` with its bounds at the end of the slice.
+  double build(const Cell& cell, MovingReferences references, BinaryNode& node, Imath::Box3f& at_end) {
     if (references.size() <= context_.config.parallel_above)
-      return build(cell, std::move(references), node, workers_.local());
+      return build(cell, std::move(references), node, at_end, workers_.local());
     SplitScratch scratch; // local, because other tasks may run on this thread during the wait
     Children children;
-    if (!split(cell, references, scratch, node, children)) return make_leaf(cell, references, node, workers_.local());
+    if (!split(cell, references, scratch, node, children))
+      return make_leaf(cell, references, node, at_end, workers_.local());
     references = {};
     node.children = new_pair(workers_.local());
     double left_cost = 0.0, right_cost = 0.0;
     tbb::task_group group;
-    group.run([&] { left_cost = build(children.below, std::move(children.left), node.children[0]); });
-    right_cost = build(children.above, std::move(children.right), node.children[1]);
+    BinaryNode &below = node.children[0], &above = node.children[1];
+    group.run([&] { left_cost = build(children.below, std::move(children.left), below, below.bounds_at_end()); });
+    right_cost = build(children.above, std::move(children.right), above, above.bounds_at_end());
     group.wait();
-    return cost_of(cell, node, children, left_cost, right_cost);
+    return finish(cell, node, at_end, children, left_cost, right_cost);
   }
 
   [[nodiscard]] std::vector<TreeArena> take_arenas() {
@@ -136,18 +145,20 @@ class MovingBuilder {
     Split split; // at the middle of the slice
   };
 
+  // Allocates two children, and their bounds at the end of the slice.
   static BinaryNode* new_pair(Worker& worker) {
-    BinaryNode* pair = worker.arena.nodes.allocate(2);
-    pair[0] = pair[1] = BinaryNode();
+    BinaryNode* pair = worker.arena.nodes.allocate(4);
+    std::fill_n(pair, 4, BinaryNode());
     return pair;
   }
 
   // Builds a subtree on one thread.
-  double build(const Cell& cell, MovingReferences references, BinaryNode& node, Worker& worker) {
+  double build(const Cell& cell, MovingReferences references, BinaryNode& node, Imath::Box3f& at_end, Worker& worker) {
     if (references.empty()) return 0.0;
     const size_t count = references.size(), first_id = worker.ids.size();
     Children children;
-    if (!split(cell, references, worker.scratch, node, children)) return make_leaf(cell, references, node, worker);
+    if (!split(cell, references, worker.scratch, node, children))
+      return make_leaf(cell, references, node, at_end, worker);
     const bool may_collapse = count <= context_.config.collapse_below;
     if (may_collapse)
       for (const MovingReference& r : references) worker.ids.push_back({r.geometry, r.triangle});
@@ -155,14 +166,15 @@ class MovingBuilder {
     const auto nodes_before = worker.arena.nodes.mark();
     const auto references_before = worker.arena.references.mark();
     node.children = new_pair(worker);
-    const double left_cost = build(children.below, std::move(children.left), node.children[0], worker);
-    const double right_cost = build(children.above, std::move(children.right), node.children[1], worker);
-    double cost = cost_of(cell, node, children, left_cost, right_cost);
+    BinaryNode &below = node.children[0], &above = node.children[1];
+    const double left_cost = build(children.below, std::move(children.left), below, below.bounds_at_end(), worker);
+    const double right_cost = build(children.above, std::move(children.right), above, above.bounds_at_end(), worker);
+    double cost = finish(cell, node, at_end, children, left_cost, right_cost);
     const double leaf_cost = CostModel(context_.config, cell.box).leaf_cost(count);
     if (may_collapse && leaf_cost <= cost) {
       worker.arena.nodes.rewind(nodes_before);
       worker.arena.references.rewind(references_before);
-      make_leaf(std::span(worker.ids).subspan(first_id), node, worker);
+      make_leaf(std::span(worker.ids).subspan(first_id), Imath::Box3f(node.bounds), node, worker);
       cost = leaf_cost;
     }
     worker.ids.resize(first_id);
@@ -200,27 +212,40 @@ class MovingBuilder {
     cell.divide(out.split, counts, out.below, out.above);
     node.position = plane.position;
     node.axis = static_cast<uint32_t>(axis);
-    node.set_displacement(plane.displacement);
     return true;
   }
 
-  double cost_of(const Cell& cell, BinaryNode& node, const Children& children, double left, double right) const {
+  // Sets the bounds of an inner node and the lanes of its children; returns its cost.
+  double finish(const Cell& cell, BinaryNode& node, Imath::Box3f& at_end, const Children& children, double left,
+                double right) const {
     const CostModel model(context_.config, cell.box);
-    choose_cuts(node, model.area() * context_.inverse_area);
+    node.bounds = node.children[0].bounds;
+    node.bounds.extendBy(node.children[1].bounds);
+    at_end = node.children[0].bounds_at_end();
+    at_end.extendBy(node.children[1].bounds_at_end());
+    choose_lanes(node, {0.5f * (node.bounds.min + at_end.min), 0.5f * (node.bounds.max + at_end.max)},
+                 context_.inverse_area);
     const Split& split = children.split;
     return context_.config.traversal_cost + model.left_probability(split.axis, split.position) * left +
            model.right_probability(split.axis, split.position) * right;
   }
 
-  double make_leaf(const Cell& cell, const MovingReferences& references, BinaryNode& node, Worker& worker) {
+  double make_leaf(const Cell& cell, const MovingReferences& references, BinaryNode& node, Imath::Box3f& at_end,
+                   Worker& worker) {
     const size_t first_id = worker.ids.size();
-    for (const MovingReference& r : references) worker.ids.push_back({r.geometry, r.triangle});
-    make_leaf(std::span(worker.ids).subspan(first_id), node, worker);
+    Imath::Box3f bounds;
+    for (const MovingReference& r : references) {
+      worker.ids.push_back({r.geometry, r.triangle});
+      bounds.extendBy(bounds_of(meshes_, r, 0));
+      at_end.extendBy(bounds_of(meshes_, r, 1));
+    }
+    make_leaf(std::span(worker.ids).subspan(first_id), bounds, node, worker);
     worker.ids.resize(first_id);
     context_.monitor.add(cell.weight);
     return CostModel(context_.config, cell.box).leaf_cost(references.size());
   }
-  static void make_leaf(std::span<const LeafReference> references, BinaryNode& node, Worker& worker) {
+  static void make_leaf(std::span<const LeafReference> references, const Imath::Box3f& bounds, BinaryNode& node,
+                        Worker& worker) {
     assert(!references.empty());
     LeafReference* own = worker.arena.references.allocate(references.size());
     std::copy(references.begin(), references.end(), own);
@@ -230,6 +255,7 @@ class MovingBuilder {
     node = BinaryNode();
     node.count = static_cast<uint32_t>(references.size());
     node.references = own;
+    node.bounds = bounds;
   }
 
   const BuildContext& context_;
@@ -251,16 +277,7 @@ MovingTree build_moving_tree(const Config& config, std::span<const Geometry> geo
     for (int k = 0; k < 3; ++k) {
       cell.box.min[k] = std::min(cell.box.min[k], r.low_at_middle(k));
       cell.box.max[k] = std::max(cell.box.max[k], r.high_at_middle(k));
-      for (int end = 0; end < 2; ++end) {
-        tree.bounds[end].min[k] = std::min(tree.bounds[end].min[k], r.low[end][k]);
-        tree.bounds[end].max[k] = std::max(tree.bounds[end].max[k], r.high[end][k]);
-      }
     }
-  for (Imath::Box3f& bounds : tree.bounds) {
-    bounds.min -= meshes.margin;
-    bounds.max += meshes.margin;
-    tree.binary.bounds.extendBy(bounds);
-  }
   tree.binary.triangle_count = references.size();
   const double area = half_area(cell.box);
   const BuildContext context{config, geometries, monitor, config.max_depth(references.size()),
@@ -268,7 +285,9 @@ MovingTree build_moving_tree(const Config& config, std::span<const Geometry> geo
   cell.budget = config.max_references(references.size());
   cell.weight = weight;
   MovingBuilder builder(context, meshes);
-  tree.cost = area * builder.build(cell, std::move(references), tree.binary.root);
+  tree.cost = area * builder.build(cell, std::move(references), tree.binary.root, tree.bounds[1]);
+  tree.bounds[0] = tree.binary.root.bounds;
+  for (const Imath::Box3f& bounds : tree.bounds) tree.binary.bounds.extendBy(bounds);
   tree.binary.arenas = builder.take_arenas();
   return tree;
 }

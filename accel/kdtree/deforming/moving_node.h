@@ -1,26 +1,27 @@
-// The memory layout of the nodes of deforming trees: moving planes.
+// The memory layout of the nodes of deforming trees: the boxes of their children, in motion.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "accel/kdtree/child_word.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace kindling::accel::kd {
 
-// Three levels of the binary tree. Lanes of `planes`: 3 holds the root's, 0 and 1 those of its
-// children below and above, 4 to 7 those of the next level in spatial order. Lane 2 holds the axes:
-// the axis of lane i in bits 2i and 2i+1, under the exponent of 1.0 so that the lane is an ordinary
-// number. Children are in spatial order. If a branch ends early, its child is in the first lane of
-// its range and the planes below are +infinity on axis 0, which sends every ray there.
-struct alignas(32) MovingNode {
-  std::array<float, kWideLanes> planes; // at the begin of the tree's slice of the shutter
+// A BoxNode at the begin of the tree's slice of the shutter: at fraction f of the slice a face is
+// at its position plus f times its displacement. The boxes overlap where the parts of triangles in
+// neighboring cells do not move as the plane between them, so the order of children is approximate.
+struct alignas(64) MovingNode {
+  std::array<std::array<float, kWideLanes>, 3> low, high; // by axis
   std::array<ChildWord, kWideLanes> child;
-  std::array<float, kWideLanes> displacements; // of the planes over the slice; 0 in lane 2
+  std::array<uint32_t, 8> order;
+  std::array<std::array<float, kWideLanes>, 3> low_displacement, high_displacement;
 };
-static_assert(sizeof(MovingNode) == 96);
-inline constexpr uint32_t kAxesLane = 2, kRootLane = 3, kSecondLane = 0, kThirdLane = 4;
-inline constexpr uint32_t kAxesExponent = 0x3f800000U;
+static_assert(sizeof(MovingNode) == 448);
+// Distance from a face to its displacement, in floats.
+inline constexpr size_t kToDisplacement = offsetof(MovingNode, low_displacement) / sizeof(float);
+static_assert(offsetof(MovingNode, high_displacement) - offsetof(MovingNode, high) == kToDisplacement * sizeof(float));
 
 } // namespace kindling::accel::kd

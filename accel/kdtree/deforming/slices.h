@@ -1,4 +1,4 @@
-// The deforming meshes of a group: a tree of moving planes for each slice of the shutter.
+// The deforming meshes of a group: a tree for each slice of the shutter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

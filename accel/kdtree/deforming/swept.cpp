@@ -63,6 +63,7 @@ struct Extremes {
 // the chord.
 void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extremes& extremes) {
   const size_t last = path.count - 1;
+  float extent = 0.0f; // between two samples it is less than at one of them
   for (int axis = 0; axis < 3; ++axis) {
     const auto low_at = [&](size_t i) {
       const auto& c = path.corners[i];
@@ -78,6 +79,7 @@ void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extre
       below = std::max(below, between(low0, low1, path.fraction[i]) - low_at(i));
       above = std::max(above, high_at(i) - between(high0, high1, path.fraction[i]));
     }
+    for (size_t i = 0; i <= last; ++i) extent = std::max(extent, high_at(i) - low_at(i));
     out.low[0][axis] = low0 - below;
     out.low[1][axis] = low1 - below;
     out.high[0][axis] = high0 + above;
@@ -91,6 +93,7 @@ void bound(const Path& path, const TimeSlice& slice, MovingReference& out, Extre
         if (time > 0.0f) extremes.speed[axis] = std::max(extremes.speed[axis], displacement / time);
       }
   }
+  out.margin = kExtentTolerance * extent;
 }
 
 // Bounds of the part of a hull on one side of a plane, in a frame in which the plane is at rest.
@@ -155,9 +158,9 @@ std::vector<MovingReference> swept_references(std::span<const LeafReference> tri
   });
   Extremes all;
   for (const Extremes& e : extremes) all.extend(e);
-  // A vertex at a given time is off by 5 u of the largest coordinate, and a plane by twice that,
-  // since it may begin outside. The fraction between two keys is off by u of the elapsed time in
-  // keys, which moves the vertex by u of its speed. The builder's errors are as large.
+  // A vertex at a given time is off by 5 u of the largest coordinate, and so is a face. The
+  // fraction between two keys is off by u of the elapsed time in keys, which moves the vertex by u
+  // of its speed. The builder's errors are as large.
   constexpr float kEpsilon = std::numeric_limits<float>::epsilon();
   meshes.margin =
       all.coordinate * (16.0f * kEpsilon) + all.speed * (2.0f * kEpsilon) + V3f(std::numeric_limits<float>::min());

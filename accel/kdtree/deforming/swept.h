@@ -32,14 +32,15 @@ struct MovingPlane {
 struct MovingReference {
   Imath::V3f low[2], high[2];
   uint32_t geometry, triangle;
+  float margin; // how far hits may lie beside the triangle along an axis, at any time of the slice
 
   [[nodiscard]] float low_at_middle(int axis) const { return 0.5f * (low[0][axis] + low[1][axis]); }
   [[nodiscard]] float high_at_middle(int axis) const { return 0.5f * (high[0][axis] + high[1][axis]); }
 };
-static_assert(sizeof(MovingReference) == 56);
+static_assert(sizeof(MovingReference) == 60);
 
 // The constants of a tree's build. `margin` bounds, per axis, how far rounding may move the
-// kernels' planes and vertices from the builder's boxes.
+// kernels' boxes and vertices from the builder's.
 struct SweptMeshes {
   std::span<const Geometry> geometries;
   TimeSlice slice;
@@ -50,16 +51,15 @@ struct SweptMeshes {
 // in the order of primitives.
 [[nodiscard]] std::vector<LeafReference> triangles_to_sweep(std::span<const Geometry> geometries);
 
-// Returns the boxes of triangles, without margin; sets the margin of `meshes`.
+// Returns the boxes of triangles, without margins; sets the margin of `meshes`.
 [[nodiscard]] std::vector<MovingReference> swept_references(std::span<const LeafReference> triangles,
                                                             SweptMeshes& meshes);
 
 enum class Side { below, above, both };
 
-// Returns the sides of a plane that the rest of a triangle may be on at any time, in the kernels'
-// arithmetic. If vertices are interpolated exactly as planes are, between two keys that are the
-// ends of the slice, a triangle that touches the plane at all times with a vertex or an edge is on
-// one side: rounding is monotonic, so values ordered at both ends stay ordered.
+// Returns the sides of a plane that the rest of a triangle may be on at any time. If vertices move
+// along lines between two keys that are the ends of the slice, a triangle that touches the plane at
+// all times with a vertex or an edge is on one side.
 [[nodiscard]] Side side_of(const SweptMeshes& meshes, const MovingReference& reference, const MovingPlane& plane);
 
 struct SplitMoving {

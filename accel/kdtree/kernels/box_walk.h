@@ -1,9 +1,11 @@
-// Single-ray traversal of a static tree by the boxes of its nodes.
+// Single-ray traversal of a tree by the boxes of its nodes.
 //
 // A ray visits the children whose boxes it enters in the order of their cells, which are disjoint,
 // so the first box that begins beyond a hit ends the search. Boxes leave out the empty space that
 // planes can only cut off one by one: a ray visits a quarter fewer nodes than by planes, and never
-// an empty cell. See traversal.h for the rules of rounding.
+// an empty cell. In a deforming tree boxes are those at the time of the ray and may overlap, so a
+// box beyond a hit is left out and does not end the search. See traversal.h for the rules of
+// rounding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,12 +13,23 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
+// The nodes of static and of deforming trees.
+inline const AlignedArray<BoxNode>& nodes_of(const Tree& tree, Static) { return tree.nodes; }
+inline const AlignedArray<MovingNode>& nodes_of(const Tree& tree, Deforming) { return tree.moving_nodes; }
+// Returns eight faces of a node, given where they are stored.
+[[gnu::always_inline]] inline Lanes8 faces_at(const float* stored, Static) { return Lanes8::load(stored); }
+[[gnu::always_inline]] inline Lanes8 faces_at(const float* stored, Deforming motion) {
+  return Lanes8::load(stored) + Lanes8::load(stored + kToDisplacement) * Lanes8(motion.fraction);
+}
+
 // Walks the subtree `child`, a node or a leaf. Calls test(leaf) for the leaves whose boxes the ray
 // enters up to t_far, which the call may narrow, until it returns true, which is then the result.
 // kAny: the first hit ends the ray. The ray's reciprocals are finite.
-template <bool kAny, class Test>
-[[gnu::always_inline]] inline bool walk_boxes(const Tree& tree, const WalkingRay& ray, ChildWord child,
+template <bool kAny, class Motion, class Test>
+[[gnu::always_inline]] inline bool walk_boxes(const Tree& tree, Motion motion, const WalkingRay& ray, ChildWord child,
                                               const float& t_far, const Test& test) {
+  constexpr bool kInOrder = std::is_same_v<Motion, Static>;
+  const auto& nodes = nodes_of(tree, motion);
   // The children of a node in the order of the ray, and where it enters their boxes.
   struct alignas(64) Frame {
     std::array<float, kWideLanes> enter;
@@ -31,7 +44,7 @@ template <bool kAny, class Test>
   alignas(32) std::array<float, 8> reciprocals;
   ray.reciprocal.store(reciprocals.data());
   const uint32_t signs = sign_bits(ray.reciprocal) & 7U;
-  constexpr size_t kHigh = offsetof(BoxNode, high) / sizeof(float);
+  constexpr size_t kHigh = offsetof(BoxNode, high) / sizeof(float); // in both kinds of nodes
   for (size_t k = 0; k < 3; ++k) {
     origin[k] = Lanes8(ray.ray.origin[static_cast<int>(k)]);
     reciprocal[k] = Lanes8(reciprocals[k]);
@@ -50,10 +63,10 @@ template <bool kAny, class Test>
       rests[top] = rest;
       top += static_cast<size_t>(rest != 0);
       assert(top < kFrames);
-      const BoxNode& node = tree.nodes[child];
+      const auto& node = nodes[child];
       const float* faces = node.low[0].data();
       const auto distance = [&](size_t face, size_t k) __attribute__((always_inline)) {
-        return (Lanes8::load(faces + face) - origin[k]) * reciprocal[k];
+        return (faces_at(faces + face, motion) - origin[k]) * reciprocal[k];
       };
       const Lanes8 enter = max(max(t_min, distance(near[0], 0)), max(distance(near[1], 1), distance(near[2], 2)));
       const Lanes8 leave = min(min(Lanes8(t_far), distance(far[0], 0)), min(distance(far[1], 1), distance(far[2], 2)));
@@ -69,14 +82,17 @@ template <bool kAny, class Test>
       // Prefetches the next cell, or an unneeded one if there is none. Any-hit rays often end
       // before they need it.
       if (!kAny)
-        prefetch_child(tree, tree.nodes, frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
+        prefetch_child(tree, nodes, frames[top].child[static_cast<size_t>(std::countr_zero(rest)) % kWideLanes]);
     }
     if (child != kEmptyChild && test(tree.leaves.data() + (child & ~kLeafBit))) return true;
-    if (rest == 0) rest = rests[--top];
-    const auto next = static_cast<size_t>(std::countr_zero(rest));
-    child = frames[top].child[next];
-    rest &= rest - 1;
-    if (!(frames[top].enter[next] <= t_far * kBeyond)) return false;
+    while (true) {
+      if (rest == 0) rest = rests[--top];
+      const auto next = static_cast<size_t>(std::countr_zero(rest));
+      child = frames[top].child[next];
+      rest &= rest - 1;
+      if (frames[top].enter[next] <= t_far * kBeyond) break;
+      if (kInOrder || top == 0) return false;
+    }
   }
 }
 

@@ -9,7 +9,6 @@
 #include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
 #include "accel/kdtree/kernels/moving_entry.h"
-#include "accel/kdtree/kernels/plane_walk.h"
 #include "accel/kdtree/kernels/traversal.h"
 
 namespace kindling::accel::kd::KINDLING_SIMD {

@@ -201,7 +201,7 @@ class PacketRays {
     TreeHit best = !kAny && ((hit_ >> i) & 1U) != 0 ? hit(i) : TreeHit();
     const TreeHit before = best;
     const bool any = walk_boxes<kAny>(
-        *scene.tree, walking, child, t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) {
+        *scene.tree, Static(), walking, child, t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) {
           return intersect_leaf<kAny>(unit, Static(), shear, walking.t_min, filter, t_far, best);
         });
     if (any || best.t != before.t || best.primitive != before.primitive) put(i, any ? -1.0f : best.t, best);

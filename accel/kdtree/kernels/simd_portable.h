@@ -88,33 +88,15 @@ template <uint32_t N>
 inline uint32_t sign_bits(const LanesOf<float, N>& a) {
   return compare(a, a, [](float x, float) { return std::bit_cast<uint32_t>(x) >> 31; });
 }
-inline uint32_t low_bits_equal(const IntLanes8& a, uint32_t x) {
-  return compare(a, IntLanes8(x), [](uint32_t y, uint32_t z) { return (y & 7) == z; });
-}
-inline uint32_t nonzero_bits(const IntLanes8& a) {
-  return compare(a, a, [](uint32_t x, uint32_t) { return x != 0; });
-}
 template <class T, uint32_t N>
 inline LanesOf<T, N> select(uint32_t mask, const LanesOf<T, N>& a, const LanesOf<T, N>& b) {
   LanesOf<T, N> r;
   for (uint32_t i = 0; i < N; ++i) r.v[i] = ((mask >> i) & 1U) != 0 ? b.v[i] : a.v[i];
   return r;
 }
-template <int kMask>
-inline Lanes8 max_where(const Lanes8& a, const Lanes8& t) {
-  return max(select(kMask, a, t), a);
-}
-template <int kMask>
-inline Lanes8 min_where(const Lanes8& a, const Lanes8& t) {
-  return min(select(kMask, a, t), a);
-}
 template <int kBits>
 inline IntLanes8 shift_right(IntLanes8 a) {
   for (uint32_t& x : a.v) x >>= kBits;
-  return a;
-}
-inline IntLanes8 shift_by_lane(IntLanes8 a) {
-  for (uint32_t i = 0; i < 8; ++i) a.v[i] >>= 2 * i;
   return a;
 }
 inline IntLanes8 shift_by_nibbles(IntLanes8 a) {
@@ -126,10 +108,6 @@ inline LanesOf<T, 8> permute(const LanesOf<T, 8>& a, const IntLanes8& index) {
   LanesOf<T, 8> r;
   for (uint32_t i = 0; i < 8; ++i) r.v[i] = a.v[index.v[i] & 7];
   return r;
-}
-template <int kLane>
-inline Lanes8 broadcast_lane(const Lanes8& a) {
-  return Lanes8(a.v[kLane]);
 }
 inline void prefetch(const void* p) { __builtin_prefetch(p); }
 
@@ -157,10 +135,6 @@ inline WideLanes pick(const Lanes16& table, const WideIntLanes& index) {
   WideLanes r;
   for (uint32_t i = 0; i < kLanes; ++i) r.v[i] = table.v[index.v[i] & 15];
   return r;
-}
-// Changes the sign of the lanes of a where b is negative.
-inline Lanes8 with_sign_of(const Lanes8& a, const Lanes8& b) {
-  return combine(a, b, [](float x, float y) { return std::signbit(y) ? -x : x; });
 }
 // See accel/triangle.h.
 template <uint32_t N>

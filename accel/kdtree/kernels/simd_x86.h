@@ -36,14 +36,6 @@ struct IntLanes8 {
   }
   void store(uint32_t* p) const { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v); }
 };
-template <int kBits>
-inline IntLanes8 shift_right(IntLanes8 a) {
-  return _mm256_srli_epi32(a.v, kBits);
-}
-// Shifts lane i right by 2 i bits.
-inline IntLanes8 shift_by_lane(IntLanes8 a) {
-  return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14));
-}
 // Shifts lane i right by 4 i bits.
 inline IntLanes8 shift_by_nibbles(IntLanes8 a) {
   return _mm256_srlv_epi32(a.v, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
@@ -51,35 +43,13 @@ inline IntLanes8 shift_by_nibbles(IntLanes8 a) {
 // Lane i of the result is a[low three bits of index[i]].
 inline Lanes8 permute(Lanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_ps(a.v, index.v); }
 inline IntLanes8 permute(IntLanes8 a, IntLanes8 index) { return _mm256_permutevar8x32_epi32(a.v, index.v); }
-// Returns lane kLane of a in all lanes.
-template <int kLane>
-inline Lanes8 broadcast_lane(Lanes8 a) {
-  return _mm256_permutevar8x32_ps(a.v, _mm256_set1_epi32(kLane));
-}
-// Changes the sign of the lanes of a where b is negative.
-inline Lanes8 with_sign_of(Lanes8 a, Lanes8 b) { return _mm256_xor_ps(a.v, _mm256_and_ps(b.v, _mm256_set1_ps(-0.0f))); }
 inline void prefetch(const void* p) { _mm_prefetch(static_cast<const char*>(p), _MM_HINT_T0); }
 
 #if KINDLING_SIMD_LEVEL == 512
 
-// Returns a or, in the lanes of the constant mask, max(t, a) or min(t, a); NaN in t leaves a.
-template <int kMask>
-inline Lanes8 max_where(Lanes8 a, Lanes8 t) {
-  return _mm256_mask_max_ps(a.v, kMask, t.v, a.v);
-}
-template <int kMask>
-inline Lanes8 min_where(Lanes8 a, Lanes8 t) {
-  return _mm256_mask_min_ps(a.v, kMask, t.v, a.v);
-}
 // Comparisons return a mask; bit i is lane i.
 inline uint32_t at_least(Lanes8 a, Lanes8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ); }
 inline uint32_t at_most(Lanes8 a, Lanes8 b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ); }
-// Bit i is set if the low three bits of lane i equal x.
-inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
-  const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
-  return _mm256_cmpeq_epi32_mask(low, _mm256_set1_epi32(static_cast<int>(x)));
-}
-inline uint32_t nonzero_bits(IntLanes8 a) { return _mm256_test_epi32_mask(a.v, a.v); }
 // Bit i is the top bit of lane i.
 inline uint32_t top_bits(IntLanes8 a) { return _mm256_movepi32_mask(a.v); }
 
@@ -217,26 +187,13 @@ inline void scatter16(Lanes16 x, Lanes16 y, Lanes16 z, Lanes16 w, const To& to) 
 
 #else // AVX2
 
-template <int kMask>
-inline Lanes8 max_where(Lanes8 a, Lanes8 t) {
-  return max(Lanes8(_mm256_blend_ps(a.v, t.v, kMask)), a);
-}
-template <int kMask>
-inline Lanes8 min_where(Lanes8 a, Lanes8 t) {
-  return min(Lanes8(_mm256_blend_ps(a.v, t.v, kMask)), a);
-}
 inline uint32_t to_bits(__m256 mask) { return static_cast<uint32_t>(_mm256_movemask_ps(mask)); }
 inline uint32_t to_bits(__m256i mask) { return to_bits(_mm256_castsi256_ps(mask)); }
 inline uint32_t at_least(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)); }
 inline uint32_t at_most(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)); }
 inline uint32_t above(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)); }
 inline uint32_t differs(Lanes8 a, Lanes8 b) { return to_bits(_mm256_cmp_ps(a.v, b.v, _CMP_NEQ_OQ)); }
-inline uint32_t low_bits_equal(IntLanes8 a, uint32_t x) {
-  const __m256i low = _mm256_and_si256(a.v, _mm256_set1_epi32(7));
-  return to_bits(_mm256_cmpeq_epi32(low, _mm256_set1_epi32(static_cast<int>(x))));
-}
 inline uint32_t top_bits(IntLanes8 a) { return to_bits(a.v); }
-inline uint32_t nonzero_bits(IntLanes8 a) { return ~to_bits(_mm256_cmpeq_epi32(a.v, _mm256_setzero_si256())) & 0xffU; }
 
 class Compress8 {
  public:

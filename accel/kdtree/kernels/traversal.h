@@ -1,4 +1,4 @@
-// Traces one ray through a tree: static trees by the boxes of their nodes.
+// Traces one ray through a tree, static or deforming.
 //
 // Robustness (tests/accel/test_watertight.cpp, test_oracle.cpp): hits must not depend on the tree,
 // so a ray enters all cells in which a hit may lie whose triangle is there or near.
@@ -8,7 +8,7 @@
 //    (finite_reciprocal()): a ray that lies in a face is on one side of it.
 //  - Hits in a leaf count up to the end of the ray, not of the cell. The search ends when the next
 //    cell lies beyond the hit by more than these errors.
-// Deforming trees have rules of their own: see plane_walk.h.
+//  - In a deforming tree boxes have a margin for the rounding of motion (swept.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,20 +17,30 @@
 
 namespace kindling::accel::kd::KINDLING_SIMD {
 
+inline bool clip_to_tree(const Tree& tree, Static, Float4 origin, Float4 reciprocal, float& enter, float& leave) {
+  return clip_to_box(tree.clip_bounds, origin, reciprocal, enter, leave);
+}
+inline bool clip_to_tree(const Tree& tree, Deforming motion, Float4 origin, Float4 reciprocal, float& enter,
+                         float& leave) {
+  return clip_to_box(tree.clip_bounds, tree.clip_bounds_at_end, motion.fraction, origin, reciprocal, enter, leave,
+                     0.0f);
+}
+
 // The walk of a ray that may_bend(). The test is copied, so that the caller keeps its own in
 // registers.
-template <bool kAny, class Test>
-[[gnu::noinline]] bool walk_bent(const Tree& tree, const Ray& ray, float t_min, const float& t_far, Test test) {
+template <bool kAny, class Motion, class Test>
+[[gnu::noinline]] bool walk_bent(const Tree& tree, Motion motion, const Ray& ray, float t_min, const float& t_far,
+                                 Test test) {
   const bool lengthens = is_short(ray.direction);
   const float length = lengthens ? kLengthen : 1.0f, unit = lengthens ? kShorten : 1.0f;
   const Imath::V3f direction = ray.direction * length;
   const Float4 reciprocal{kd::finite_reciprocal(direction.x), kd::finite_reciprocal(direction.y),
                           kd::finite_reciprocal(direction.z), 0.0f};
   float enter = t_min * unit, leave = t_far * unit;
-  if (!clip_to_box(tree.clip_bounds, load_origin(ray), reciprocal, enter, leave)) return false;
+  if (!clip_to_tree(tree, motion, load_origin(ray), reciprocal, enter, leave)) return false;
   const WalkingRay walking = walking_ray(ray, reciprocal, t_min * unit);
   float end = t_far * unit;
-  return walk_boxes<kAny>(tree, walking, tree.root, end, [&](const LeafUnit* leaf) {
+  return walk_boxes<kAny>(tree, motion, walking, tree.root, end, [&](const LeafUnit* leaf) {
     const bool ends = test(leaf, walking.shear);
     end = t_far * unit;
     return ends;
@@ -40,18 +50,18 @@ template <bool kAny, class Test>
 // Takes a ray through a tree; it is in the tree's space and satisfies can_hit(). Calls test(leaf,
 // shear) for the leaves that it enters up to t_far, at most the largest float, which the call may
 // narrow, until it returns true, which is then the result. kAny: the first hit ends the ray.
-template <bool kAny, class Test>
-[[gnu::always_inline]] inline bool walk_tree(const Tree& tree, Static, const Ray& ray, float t_min, const float& t_far,
-                                             const Test& test) {
+template <bool kAny, class Motion, class Test>
+[[gnu::always_inline]] inline bool walk_tree(const Tree& tree, Motion motion, const Ray& ray, float t_min,
+                                             const float& t_far, const Test& test) {
   if (tree.root == kEmptyChild) return false;
   if (may_bend(ray.direction)) [[unlikely]]
-    return walk_bent<kAny>(tree, ray, t_min, t_far, test);
+    return walk_bent<kAny>(tree, motion, ray, t_min, t_far, test);
   float enter = t_min, leave = t_far;
   const Float4 reciprocal = Float4{1.0f, 1.0f, 1.0f, 1.0f} / load_direction(ray);
-  if (!clip_to_box(tree.clip_bounds, load_origin(ray), reciprocal, enter, leave)) return false;
+  if (!clip_to_tree(tree, motion, load_origin(ray), reciprocal, enter, leave)) return false;
   const WalkingRay walking = walking_ray(ray, reciprocal, t_min);
   return walk_boxes<kAny>(
-      tree, walking, tree.root,
+      tree, motion, walking, tree.root,
       t_far, [&](const LeafUnit* unit) __attribute__((always_inline)) { return test(unit, walking.shear); });
 }
 
