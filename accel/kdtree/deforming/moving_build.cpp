@@ -109,6 +109,14 @@ Imath::Box3f bounds_of(const SweptMeshes& meshes, const MovingReference& referen
   return {reference.low[end] - margin, reference.high[end] + margin};
 }
 
+// Returns how much larger a child's box is at the ends of the slice than at its middle.
+double swelling_of(BinaryNode& child) {
+  if (child.is_empty()) return 1.0;
+  const Imath::Box3f &begin = child.bounds, &end = child.bounds_at_end();
+  const double middle = half_area({0.5f * (begin.min + end.min), 0.5f * (begin.max + end.max)});
+  return middle > 0.0 ? std::max(1.0, 0.5 * (half_area(begin) + half_area(end)) / middle) : 1.0;
+}
+
 class MovingBuilder {
  public:
   MovingBuilder(const BuildContext& context, const SweptMeshes& meshes) : context_(context), meshes_(meshes) {}
@@ -226,8 +234,9 @@ class MovingBuilder {
     choose_lanes(node, {0.5f * (node.bounds.min + at_end.min), 0.5f * (node.bounds.max + at_end.max)},
                  context_.inverse_area);
     const Split& split = children.split;
-    return context_.config.traversal_cost + model.left_probability(split.axis, split.position) * left +
-           model.right_probability(split.axis, split.position) * right;
+    const double below = model.left_probability(split.axis, split.position) * swelling_of(node.children[0]),
+                 above = model.right_probability(split.axis, split.position) * swelling_of(node.children[1]);
+    return context_.config.traversal_cost + std::min(below, 1.0) * left + std::min(above, 1.0) * right;
   }
 
   double make_leaf(const Cell& cell, const MovingReferences& references, BinaryNode& node, Imath::Box3f& at_end,
