@@ -76,6 +76,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                     .patches = stages.patches != nullptr ? *stages.patches : BrightPatches{},
                     .light_probabilities =
                         stages.light_probabilities != nullptr ? *stages.light_probabilities : LightSelectionTreeView{},
+                    .volumes = stages.volumes != nullptr ? *stages.volumes : VolumeGuideView{},
                     .stages = stages,
                     .shader = input.shader,
                     .first_hit = input.first_hit,
@@ -91,6 +92,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   scene.stages.camera = on_device(scene.camera);
   if (stages.patches != nullptr) scene.stages.patches = on_device(scene.patches);
   if (stages.light_probabilities != nullptr) scene.stages.light_probabilities = on_device(scene.light_probabilities);
+  if (stages.volumes != nullptr) scene.stages.volumes = on_device(scene.volumes);
 
   scene.first_hit.world = on_device(scene.world);
   scene.first_hit.camera = on_device(scene.camera);
@@ -119,6 +121,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.tree);
   arena.place_arrays(scene.camera);
   arena.place_arrays(scene.light_probabilities);
+  arena.place_arrays(scene.volumes);
   arena.place_arrays(scene.shader.lights);
   arena.write(offset, std::as_bytes(std::span(&scene, 1)));
 }

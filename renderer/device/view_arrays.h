@@ -8,6 +8,7 @@
 #include "accel/kdtree/view.h"
 #include "renderer/camera/camera.h"
 #include "renderer/guiding/light_selection_tree.h"
+#include "renderer/guiding/volume_guide.h"
 #include "renderer/light/light_set_view.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/texture/procedural_texture.h"
@@ -123,6 +124,13 @@ template <class F>
 void for_each_array(LightSelectionTreeView& tree, F&& f) {
   f(tree.nodes);
   f(tree.probabilities);
+}
+
+template <class F>
+void for_each_array(VolumeGuideView& guide, F&& f) {
+  f(guide.nodes);
+  f(guide.regions);
+  f(guide.quarters);
 }
 
 } // namespace kindling

@@ -4,12 +4,14 @@
 
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
+#include "renderer/guiding/volume_guide.h"
 
 namespace kindling {
 
 struct Guide {
   BrightPatches patches;                  // may be empty: directions are not guided
   LightSelectionTree light_probabilities; // may be empty: LightSet estimates the selection probabilities
+  VolumeGuide volumes;                    // may be empty: walks in media follow the phase function
 };
 
 } // namespace kindling

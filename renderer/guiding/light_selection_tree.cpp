@@ -48,7 +48,7 @@ std::array<std::span<LightRecord>, kFacings> sort_by_facing(std::span<LightRecor
   return sorted;
 }
 
-using Node = LightSelectionTreeView::Node;
+using Node = RegionNode;
 
 // A tree while it grows.
 struct GrowingTree {
@@ -66,7 +66,7 @@ void GrowingTree::append(const GrowingTree& part, size_t at) {
   const auto probability_offset = static_cast<uint32_t>(probabilities.size());
   for (size_t i = 0; i < part.nodes.size(); ++i) {
     Node node = part.nodes[i];
-    node.next = node.next + (node.axis == LightSelectionTreeView::kLeaf ? probability_offset : node_offset);
+    node.next = node.next + (node.axis == RegionNode::kLeaf ? probability_offset : node_offset);
     if (i == 0)
       nodes[at] = node;
     else

@@ -4,6 +4,7 @@
 
 #include "renderer/base/owned_arrays.h"
 #include "renderer/guiding/guide_record.h"
+#include "renderer/guiding/region_node.h"
 #include "renderer/light/light_probabilities.h"
 
 #include <cassert>
@@ -26,13 +27,7 @@ struct LightRecord {
 
 // A binary tree over space for each facing. Immutable, thread-safe.
 struct LightSelectionTreeView {
-  static constexpr uint32_t kLeaf = 3;
-  struct Node {
-    float split = 0.0f;
-    uint32_t axis : 2 = kLeaf;
-    uint32_t next : 30 = 0; // the first of two children, or the leaf's probabilities
-  };
-  static_assert(sizeof(Node) == 8);
+  using Node = RegionNode;
 
   [[nodiscard]] bool empty() const { return nodes.empty(); }
   // Returns the probabilities at a point; `normal` is unit. The tree must not be empty. The
@@ -42,10 +37,7 @@ struct LightSelectionTreeView {
   }
   [[nodiscard]] const LightProbabilities& find(const V3f& position, uint32_t facing) const {
     assert(!empty() && facing < kFacings);
-    uint32_t at = facing;
-    while (nodes[at].axis != kLeaf)
-      at = nodes[at].next + (position[static_cast<int>(nodes[at].axis)] >= nodes[at].split ? 1 : 0);
-    return probabilities[nodes[at].next];
+    return probabilities[find_region(nodes, facing, position)];
   }
   [[nodiscard]] size_t region_count() const { return probabilities.size(); }
 

@@ -6,6 +6,7 @@
 #include "renderer/guiding/learn_guide.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
+#include "renderer/integrator/volume_photons.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -80,11 +81,13 @@ class Training {
         trace(paths - paths / kProbePart, guide.get());
         guide = learn(selective ? worthwhile : kAnyGain);
       }
-      if (stopped()) guide.reset();
     }
+    if (paths > 0) guide = with_volumes(std::move(guide), paths);
+    if (stopped()) guide.reset();
     if (guide) {
       statistics_.patches = static_cast<int>(guide->patches.patches().size());
       statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
+      statistics_.volume_regions = static_cast<int>(guide->volumes.bright_region_count());
     }
     statistics_.training_s = elapsed_s();
     return {std::move(guide), statistics_, busy_s_};
@@ -210,6 +213,20 @@ class Training {
     if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
     if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));
+  }
+
+  // Adds what light paths of the same number learn of scattering media.
+  std::unique_ptr<const Guide> with_volumes(std::unique_ptr<const Guide> guide, uint64_t paths) {
+    records_ = {}; // no longer needed
+    light_records_ = {};
+    const size_t enough = paths + paths / 2; // a light path has several
+    std::vector<VolumeRecord> records =
+        trace_volume_photons(world_, {settings_.integrator, settings_.seed, paths, enough}, stopped_, statistics_.rays);
+    VolumeGuide volumes(records);
+    if (volumes.empty()) return guide;
+    Guide all = guide ? *guide : Guide{};
+    all.volumes = std::move(volumes);
+    return std::make_unique<const Guide>(std::move(all));
   }
 
   const World& world_;

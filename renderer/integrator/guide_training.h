@@ -35,6 +35,7 @@ struct GuidingStatistics {
   double predicted_lights = 1.0; // the same for light samples
   int patches = 0;               // that directions are guided to; 0: directions are not guided
   int light_regions = 0;         // with learned probabilities of the kinds of light; 0: none are learned
+  int volume_regions = 0;        // of scattering media with learned directions; 0: none
 };
 
 struct TrainedGuide {
@@ -44,7 +45,7 @@ struct TrainedGuide {
 };
 
 // Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by
-// what the probe learned. The guide is a function of world, camera, settings and
+// what the probe learned; then up to as many light paths into scattering media. The guide is a function of world, camera, settings and
 // GuidingStatistics::max_paths: threads do not change it. Runs on the threads of the current TBB
 // arena. `stopped` is polled between blocks and may be empty; once it returns true, no guide is
 // returned. `on_done` may be empty; it is called from any thread with the number of paths traced so

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/camera_sight.h"
 #include "renderer/integrator/casters.h"
+#include "renderer/integrator/emitted_path.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/travel_medium.h"
@@ -15,8 +16,8 @@ namespace kindling {
 
 namespace {
 
-// Dimensions of a light path's draws; each bounce has two more, and one for a wavelength.
-enum Dimension : uint32_t { kChoice = 0, kPosition = 1, kDirection = 2, kFirstBounce = 3, kFirstWavelength = 256 };
+// Dimensions of a light path's draws: two for each bounce, and one for a wavelength.
+enum Dimension : uint32_t { kFirstBounce = kAfterEmission, kFirstWavelength = 256 };
 
 // Paths are ended at random from this bounce on.
 constexpr uint8_t kFirstRoulette = 3;
@@ -110,27 +111,16 @@ void LightPaths::start(const PixelRect& block, uint32_t pass, LightPathContext& 
 }
 
 void LightPaths::start_path(uint64_t number, LightPathContext& context) const {
-  const Draws draws{hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32)),
-                    static_cast<uint32_t>(number)};
-  const V2f choice = draws(kChoice);
-  const std::optional<EmittedRay> emitted = emission.sample({choice.x, choice.y, draws(kPosition), draws(kDirection)});
-  if (!emitted) return;
+  const uint32_t key = hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32));
+  const std::optional<EmittedPath> started = start_emitted_path(emission, key, static_cast<uint32_t>(number));
+  if (!started) return;
   LightPathContext::Path path;
-  path.emitted = *emitted;
-  path.key = draws.key;
-  path.index = draws.index;
+  path.emitted = started->emitted;
+  path.key = key;
+  path.index = static_cast<uint32_t>(number);
   context.active.push_back(static_cast<uint32_t>(context.paths.size()));
   context.paths.push_back(path);
-  // Emitters with a surface are not hit again from just above it.
-  const float lift =
-      emitted->emitter < emission.lights->triangles.size() ? 1e-5f * (max_abs(emitted->origin) + 1e-3f) : 0.0f;
-  context.rays.push_back({.origin = emitted->origin + emitted->direction * lift,
-                          .t_min = 0.0f,
-                          .direction = emitted->direction,
-                          .t_max = kInfinity,
-                          .key = hash_combine(draws.key, draws.index),
-                          .index = draws.index,
-                          .flags = kHitPartlyTransparent});
+  context.rays.push_back(started->ray);
 }
 
 void LightPaths::clear(LightPathContext& context) {

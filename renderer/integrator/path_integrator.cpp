@@ -26,7 +26,8 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
           .world = &world,
           .camera = &camera,
           .patches = guide && !guide->patches.empty() ? &guide->patches : nullptr,
-          .light_probabilities = guide && !guide->light_probabilities.empty() ? &guide->light_probabilities : nullptr};
+          .light_probabilities = guide && !guide->light_probabilities.empty() ? &guide->light_probabilities : nullptr,
+          .volumes = guide && !guide->volumes.empty() ? &guide->volumes : nullptr};
 }
 
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,

@@ -1,6 +1,7 @@
 // The host device renders the images of the CPU, to the bit, for all settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
+#include "tests/integrator/wax_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 
@@ -86,6 +87,17 @@ TEST(DeviceRenders, Guiding) {
   RenderSettings settings = small_render(kSize, 64);
   settings.guiding = Guiding::on;
   expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+}
+
+TEST(DeviceRenders, GuidedScattering) {
+  const auto world = make_world(wax_under_a_lamp(wax(0.2f, Rgb(0.8f, 0.5f, 0.4f))), accel::Kind::kdtree);
+  RenderSettings settings = small_render(kSize, 8);
+  settings.guiding = Guiding::automatic;
+  settings.training_paths = 20000;
+  const Result<RenderOutcome> outcome = render(*world, wax_camera(kSize), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.volume_regions, 0) << "no guide, so nothing is tested";
+  expect_same_on_device(*world, settings, wax_camera(kSize));
 }
 
 TEST(DeviceRenders, WhittedTrees) {

@@ -2,24 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/hash.h"
 #include "renderer/guiding/guide.h"
-#include "tests/integrator/test_scenes.h"
+#include "tests/integrator/guided_mean.h"
 
 namespace kindling::test {
 namespace {
-
-// Renders all pixels of an image, with or without a guide.
-Mean guided_mean(const World& world, const Camera& camera, const RenderSettings& settings, const Guide* guide) {
-  const auto integrator = make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter,
-                                          settings.aovs, guide);
-  const auto context = integrator->make_context();
-  Film film(settings.size_px, PixelRect{V2i(0, 0), settings.size_px}, settings.aovs);
-  for (int y = 0; y < settings.size_px.y; y += kBlockSize)
-    for (int x = 0; x < settings.size_px.x; x += kBlockSize)
-      integrator->render_block(PixelRect{V2i(x, y), V2i(x + kBlockSize, y + kBlockSize)},
-                               {0, settings.samples_per_pixel}, *context, film);
-  EXPECT_EQ(context->counters.non_finite, 0U);
-  return mean_of(film);
-}
 
 // Patches in mid-air and partly out of sight, where no training would place them.
 Guide wild_guide() {

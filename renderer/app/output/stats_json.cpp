@@ -89,9 +89,13 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
   json["passes"] = s.passes;
   const GuidingStatistics& g = s.guiding;
-  json["guiding"] = {{"mode", guiding_name(r.guiding)},        {"patches", g.patches},
-                     {"light_regions", g.light_regions},       {"predicted", g.predicted},
-                     {"predicted_lights", g.predicted_lights}, {"training_paths", g.paths},
+  json["guiding"] = {{"mode", guiding_name(r.guiding)},
+                     {"patches", g.patches},
+                     {"light_regions", g.light_regions},
+                     {"predicted", g.predicted},
+                     {"predicted_lights", g.predicted_lights},
+                     {"volume_regions", g.volume_regions},
+                     {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
   json["light_paths"] = light_paths_json(s.light_paths);
   json["direct_samples"] = direct_samples_json(s.direct_samples);

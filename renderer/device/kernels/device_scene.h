@@ -6,6 +6,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
+#include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/whitted_shader.h"
@@ -22,6 +23,7 @@ struct DeviceScene {
   CameraView camera;
   BrightPatches patches;
   LightSelectionTreeView light_probabilities;
+  VolumeGuideView volumes;
   PathStages stages;        // of the path tracer
   WhittedShader shader;     // of the Whitted tracer
   FirstHitStages first_hit; // of ambient occlusion and the debug views

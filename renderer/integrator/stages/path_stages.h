@@ -7,6 +7,7 @@
 #include "renderer/film/film_surface.h"
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
+#include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/stages/guided_scattering.h"
 #include "renderer/integrator/stages/light_path_view.h"
@@ -195,6 +196,9 @@ struct PathStages {
   // ended, or was scattered on the way and has a new ray.
   template <typename Sink>
   [[nodiscard]] bool travel_medium(const accel::Ray& ray, float distance, const PathInFlight& path, Sink& sink) const;
+  // Samples the direction of a path that is scattered at a point in a medium of mean cosine g.
+  [[nodiscard]] V3f scatter_direction(const V3f& direction, const V3f& position, float g, const SampleAddress& address,
+                                      PathState& state) const;
   [[nodiscard]] Rgb medium_transmittance(const MediumStack& media, float distance) const;
   // Returns the transmittance between a vertex and a light on the side of wo (side > 0) or beyond
   // the surface; beyond, it includes the weight of the wavelength.
@@ -214,6 +218,7 @@ struct PathStages {
   const CameraView* camera = nullptr;
   const BrightPatches* patches = nullptr;                      // null: directions are not guided
   const LightSelectionTreeView* light_probabilities = nullptr; // null: not learned
+  const VolumeGuideView* volumes = nullptr;                    // null: scattering in media is not guided
   const LightPathView* light_paths = nullptr;                  // null: none are traced
 };
 

@@ -23,6 +23,35 @@ inline constexpr uint32_t kWalkKey = 0x5ca77e2bU;
   return {elementary::exp(-optical_depth.x), elementary::exp(-optical_depth.y), elementary::exp(-optical_depth.z)};
 }
 
+// Returns the share of a region's bright directions in what is scattered into a direction: lobes of
+// mean cosines g and h give one of mean cosine g h.
+[[nodiscard]] inline float guided_share(const VolumeGuideView::Region& region, const V3f& direction, float g) {
+  if (!(region.share > 0.0f)) return 0.0f;
+  const float length = region.mean.length();
+  const float cosine = length > 0.0f ? direction.dot(region.mean) / length : 0.0f;
+  const float bright = region.share * henyey_greenstein_pdf({0.0f, 0.0f, cosine}, g * length) * (4.0f * kPi);
+  return bright / (bright + (1.0f - region.share));
+}
+
+// Samples the direction of a scattering event.
+inline V3f PathStages::scatter_direction(const V3f& direction, const V3f& position, float g,
+                                         const SampleAddress& address, PathState& state) const {
+  const V2f u = Sampler::sample_2d(address.key, address.index, 2);
+  const Frame frame = Frame::around(direction);
+  if (!volumes) return frame.to_world(sample_henyey_greenstein(u, g));
+  const VolumeGuideView::Region& region = volumes->find(position);
+  const float share = guided_share(region, direction, g);
+  if (!(share > 0.0f)) return frame.to_world(sample_henyey_greenstein(u, g));
+  const V3f wi = Sampler::sample_1d(address.key, address.index, 3) < share
+                     ? volumes->sample(region.root, u)
+                     : frame.to_world(sample_henyey_greenstein(u, g));
+  const float phase = henyey_greenstein_pdf({0.0f, 0.0f, direction.dot(wi)}, g);
+  const float density = phase + share * (volumes->pdf(region.root, wi) - phase);
+  state.throughput *= phase / density;
+  state.guiding *= density / phase;
+  return wi;
+}
+
 // Spectral multiple importance sampling: the channel that draws the distance is chosen by the
 // throughput, and the density is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength
 // Spectral Sampling", with three channels).
@@ -58,7 +87,7 @@ inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, con
   state.throughput *= medium.scattering * through / sum(choice * medium.extinction * through);
   if (++state.scatter_events > kMaxScatterEvents || is_black(state.throughput)) return false;
   if (state.scatter_events >= kFirstRouletteEvent) {
-    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput)));
+    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     if (Sampler::sample_1d(key, address.index, 1) >= survival) return false;
     state.throughput /= survival;
   }
@@ -68,9 +97,7 @@ inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, con
   state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
   const V3f position = ray.origin + ray.direction * t;
   state.previous_position = position;
-  const V3f wi =
-      Frame::around(ray.direction)
-          .to_world(sample_henyey_greenstein(Sampler::sample_2d(key, address.index, 2), medium.scatter_anisotropy));
+  const V3f wi = scatter_direction(ray.direction, position, medium.scatter_anisotropy, {key, address.index}, state);
   sink.scatter_event(ray, t, position, state);
   sink.extend(path, {.origin = position,
                      .t_min = 0.0f,
