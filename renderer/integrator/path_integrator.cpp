@@ -12,6 +12,7 @@
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
+#include "renderer/integrator/stages/travel_medium.h"
 
 #include <array>
 #include <cassert>
@@ -164,18 +165,26 @@ void PathIntegrator::note_first_hits(size_t first, size_t end, PathContext& cont
 // group, so that the cache misses of its hits overlap.
 void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& context) const {
   assert(count <= ShadeGroup::kSize && first + count <= context.hits.size());
-  const std::span<const accel::Hit> hits(context.hits.data() + first, count);
+  ShadeGroup& group = context.group;
+  const std::span<accel::Hit> hits = std::span(group.reached).first(count);
+  std::copy_n(context.hits.begin() + static_cast<ptrdiff_t>(first), count, hits.begin());
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
-  const std::span<RayFootprint> footprints = std::span(context.group.footprints).first(count);
+  const std::span<RayFootprint> footprints = std::span(group.footprints).first(count);
   for (size_t i = 0; i < count; ++i) {
-    if (hits[i].is_hit())
-      footprints[i] = stages_.measure_footprint(rays[i], hits[i].t, context.states[context.active[first + i]]);
-    else
-      context.group.members[i].escaped = world_.lights.locate_in_environment(rays[i].direction);
+    ShadeGroup::Member& member = group.members[i];
+    member.scattered.reset();
+    if (!hits[i].is_hit()) {
+      member.escaped = world_.lights.locate_in_environment(rays[i].direction);
+      continue;
+    }
+    const PathInFlight path = path_at(context.active[first + i], context);
+    member.scattered = stages_.scatter_distance(hits[i].t, path);
+    footprints[i] = stages_.measure_footprint(rays[i], member.scattered.value_or(hits[i].t), path.state);
+    if (member.scattered) hits[i] = {};
   }
   world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
-    if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], context.group.members[i].surface, footprints[i]);
+    if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], group.members[i].surface, footprints[i]);
   }
 }
 
@@ -201,7 +210,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   size_t reflecting_count = 0, query_count = 0;
   for (size_t i = 0; i < count; ++i) {
     const PathInFlight path = path_at(context.active[first + i], context);
-    if (!context.hits[first + i].is_hit() || !PathStages::reflects(group.members[i].surface, path.state)) continue;
+    if (!group.reached[i].is_hit() || !PathStages::reflects(group.members[i].surface, path.state)) continue;
     reflecting[reflecting_count] = static_cast<uint8_t>(i);
     addresses[reflecting_count++] = PathStages::draws_address(path);
   }

@@ -21,7 +21,9 @@ inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& c
       stages_.add_shapes(ray, hit, path);
       if constexpr (Sink::kSplits) sink.split_shapes(stages_, ray, hit, path);
     }
-    if (hit.is_hit())
+    if (member.scattered)
+      stages_.scatter_in_medium(ray, *member.scattered, path, sink);
+    else if (hit.is_hit())
       stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights_of(member), path, sink);
     else
       stages_.shade_escaped(ray, member.escaped, path, sink);

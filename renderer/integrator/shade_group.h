@@ -19,7 +19,8 @@ struct ShadeGroup {
 
   struct Member {
     EnvironmentView::Location escaped;         // direction of a ray without a hit
-    SurfacePoint surface;                      // at the hit, if there is one
+    std::optional<float> scattered;            // PathStages::scatter_distance(): the hit is not reached
+    SurfacePoint surface;                      // at the hit, if it is reached
     SurfaceDraws sampled;                      // if the surface reflects
     uint32_t first_light = 0, light_count = 0; // its part of `lights`, if it reflects
   };
@@ -30,6 +31,7 @@ struct ShadeGroup {
 
   std::array<Member, kSize> members;
   std::array<RayFootprint, kSize> footprints; // valid for members with a hit
+  std::array<accel::Hit, kSize> reached;      // hits, without those that are not reached
   std::array<LightQuery, kMaxLights> queries; // for surfaces at which lights are sampled, consecutive
   std::array<std::optional<LightSample>, kMaxLights> lights;
 };

@@ -103,6 +103,11 @@ class PhotonTracer {
  private:
   // Moves a path on from its hit. Surfaces other than boundaries of media and thin walls end it.
   void follow(const accel::Ray& ray, const accel::Hit& hit, uint32_t slot, Photon& photon, PhotonSink& sink) const {
+    const PathInFlight path{slot, photon.sample, photon.state, photon.media, nullptr};
+    if (const std::optional<float> distance = stages_.scatter_distance(hit.t, path)) {
+      stages_.scatter_in_medium(ray, *distance, path, sink);
+      return;
+    }
     SurfacePoint surface;
     world_.surface_at(ray, hit, surface);
     const bool boundary = surface.layered && surface.layers.boundary;
@@ -111,7 +116,6 @@ class PhotonTracer {
       photon.arrived = true;
       photon.state.throughput *= emission_.radiance(photon.emitted, surface.position) / photon.emitted.finite_density;
     }
-    const PathInFlight path{slot, photon.sample, photon.state, photon.media, nullptr};
     SurfaceDraws sampled;
     if (PathStages::reflects(surface, photon.state)) {
       const BounceAddress address = PathStages::draws_address(path);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/sampling/random.h"
 
 #include <numbers>
 
@@ -318,6 +319,58 @@ TEST_P(Media, DeepMediumHasTheAlbedoOfAHalfSpace) {
   double mean_h = 0.0;
   for (int j = 0; j < kNodes; ++j) mean_h += 2.0 * node(j) * h[static_cast<size_t>(j)] / kNodes;
   EXPECT_NEAR(1.0 - std::sqrt(1.0 - a) * mean_h, 0.6, 0.01);
+}
+
+// Reflectance of a dielectric boundary for unpolarized light; `eta`: index beyond over index here.
+double fresnel(double cosine, double eta) {
+  const double sine2 = (1.0 - cosine * cosine) / (eta * eta);
+  if (sine2 >= 1.0) return 1.0;
+  const double beyond = std::sqrt(1.0 - sine2);
+  const double s = (cosine - eta * beyond) / (cosine + eta * beyond);
+  const double p = (beyond - eta * cosine) / (beyond + eta * cosine);
+  return 0.5 * (s * s + p * p);
+}
+
+// A slab of refracting, scattering wax under a white sky, seen from above, against a random walk
+// along its depth. Half of the light inside is reflected at a boundary before it is scattered
+// again, so each step needs a distance of its own.
+TEST_P(Media, ReflectionsBetweenScatteringAreIndependent) {
+  constexpr double kIor = 1.5;
+  Material wax = absorbing(static_cast<float>(kIor), Rgb(0.4f), 1.0f);
+  wax.multiscatter_color = Rgb(0.7f);
+  std::vector<Primitive> wide = slab(-1.0f, 0.0f, 0);
+  for (Primitive& face : wide)
+    for (V3f& position : face.positions) position *= V3f(100.0f, 100.0f, 1.0f);
+  const auto world =
+      make_world(make_scene({wax}, std::move(wide)), GetParam(), std::make_shared<Environment>(Rgb(1.0f)));
+  RenderSettings settings = small_render(V2i(8, 8), 1024);
+  settings.integrator.max_bounces = settings.integrator.max_glossy_bounces = 200;
+  const Mean mean = render_mean(*world, beam_camera(V3f(0.1f, 0.2f, 3), V3f(0.1f, 0.2f, 0), 1e-3f), settings);
+  const Medium medium = make_medium(wax);
+  const double albedo = medium.scattering.x / medium.extinction.x, extinction = medium.extinction.x;
+  constexpr int kWalks = 200000;
+  Random random(1);
+  double sum = 0.0, sum2 = 0.0;
+  for (int i = 0; i < kWalks; ++i) {
+    double weight = 1.0, depth = 0.0, down = 1.0; // cosine of the direction with that of depth
+    bool outside = random.next_double() < fresnel(1.0, kIor);
+    while (!outside) {
+      depth -= down * std::log(1.0 - random.next_double()) / extinction;
+      if (depth > 0.0 && depth < 1.0) {
+        weight *= albedo;
+        down = 1.0 - 2.0 * random.next_double();
+      } else {
+        outside = random.next_double() >= fresnel(std::abs(down), 1.0 / kIor);
+        depth = depth <= 0.0 ? 0.0 : 1.0;
+        down = -down;
+      }
+    }
+    sum += weight;
+    sum2 += weight * weight;
+  }
+  const double expected = sum / kWalks, variance = sum2 / kWalks - expected * expected;
+  expect_near_mean(mean.luminance, expected, std::hypot(mean.standard_error, std::sqrt(variance / kWalks)),
+                   "refracting slab");
 }
 
 } // namespace

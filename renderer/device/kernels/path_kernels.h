@@ -107,6 +107,12 @@ inline void shade(const PathWave& wave, uint32_t launched) {
     stages.shade_escaped(ray, at, path, sink);
     return;
   }
+  if (const std::optional<float> distance = stages.scatter_distance(hit.t, path)) {
+    (void)stages.measure_footprint(ray, *distance, path.state);
+    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
+    stages.scatter_in_medium(ray, *distance, path, sink);
+    return;
+  }
   SurfacePoint surface;
   const RayCone cone = path.state.cone;
   begin_look_ups(wave.tiles);

@@ -44,6 +44,7 @@ struct ShadowRecord {
 
 // Everything that the stages read. Each stage takes one path from one ray to the next:
 //
+//   scatter_distance()     scattering in a medium before the hit: then only scatter_in_medium()
 //   measure_footprint()    the ray's cone at its hit
 //   WorldView::surface_at  the surface
 //   draws_address()        what its random numbers are drawn for
@@ -124,6 +125,12 @@ struct PathStages {
   // Returns that segment of the ray.
   [[nodiscard]] ShapeRay shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
+  // Returns the distance at which a medium scatters a path before it reaches the hit, if it does:
+  // then scatter_in_medium() is called in place of shade_hit(), and the surface does not matter.
+  [[nodiscard]] std::optional<float> scatter_distance(float hit_distance, const PathInFlight& path) const;
+  template <typename Sink>
+  void scatter_in_medium(const accel::Ray& ray, float distance, const PathInFlight& path, Sink& sink) const;
+
   // `lights` has the samples for light_query(), light_sample_count() or none: size(), and [number],
   // a std::optional<LightSample>. It is read, like `sampled`, only if the surface reflects.
   template <typename Lights, typename Sink>
@@ -192,10 +199,9 @@ struct PathStages {
   // Moves the path to the other side of the surface: straight, and refracted.
   static void pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
   static void cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media);
-  // Applies absorption and scattering up to the hit. False if the path does not reach it: it has
-  // ended, or was scattered on the way and has a new ray.
-  template <typename Sink>
-  [[nodiscard]] bool travel_medium(const accel::Ray& ray, float distance, const PathInFlight& path, Sink& sink) const;
+  // Applies the transmittance up to the hit, which scatter_distance() has let the path reach. False
+  // if nothing is left.
+  [[nodiscard]] bool cross_medium(float distance, const PathInFlight& path) const;
   // Samples the direction of a path that is scattered at a point in a medium of mean cosine g.
   [[nodiscard]] V3f scatter_direction(const V3f& direction, const V3f& position, float g, const SampleAddress& address,
                                       PathState& state) const;

@@ -20,7 +20,7 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
                                   const SurfaceDraws& sampled, const Lights& lights, const PathInFlight& path,
                                   Sink& sink) const {
   PathState& state = path.state;
-  if (state.in_medium && !travel_medium(ray, hit.t, path, sink)) return;
+  if (state.in_medium && !cross_medium(hit.t, path)) return;
   sink.arrive(path, &surface);
   sink.surface_event(ray, hit, surface, state);
   if (!is_black(surface.emitted)) {

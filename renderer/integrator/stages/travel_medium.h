@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 
 namespace kindling {
 
@@ -52,53 +53,75 @@ inline V3f PathStages::scatter_direction(const V3f& direction, const V3f& positi
   return wi;
 }
 
-// Spectral multiple importance sampling: the channel that draws the distance is chosen by the
-// throughput, and the density is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength
-// Spectral Sampling", with three channels).
-template <typename Sink>
-inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, const PathInFlight& path,
-                                      Sink& sink) const {
-  PathState& state = path.state;
-  assert(state.in_medium && !path.media.empty());
-  const Medium& medium = world->medium(*path.media.innermost());
-  if (is_black(medium.scattering)) {
-    state.throughput *= exp_negative(medium.extinction * distance);
-    return !is_black(state.throughput);
-  }
+// Returns the key of the draws of a walk's next step. Each segment of a path in a medium has its own:
+// after an event, a reflection inside, or a surface that it passes straight through.
+[[nodiscard]] inline uint32_t walk_key(const PathInFlight& path) {
+  const PathState& state = path.state;
+  return hash_combine(hash_combine(path.sample.address.key, kWalkKey + state.scatter_events),
+                      (static_cast<uint32_t>(state.bounce) << 8) + state.transparent_surfaces);
+}
 
-  const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
-  state.light_path_scale = 0.0f;
-  const SampleAddress& address = path.sample.address;
-  const uint32_t key = hash_combine(address.key, kWalkKey + state.scatter_events);
-  const float total = sum(state.throughput);
-  if (!(total > 0.0f)) return false;
-  const Rgb choice = state.throughput / total;
-  const V2f u = Sampler::sample_2d(key, address.index, 0);
+// Returns the probabilities with which the channels draw a distance: by the throughput. Its density
+// is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling", with three
+// channels).
+[[nodiscard]] inline Rgb channel_probabilities(const PathState& state) {
+  return state.throughput / (state.throughput.x + state.throughput.y + state.throughput.z);
+}
+
+[[nodiscard]] inline float sum_of(const Rgb& c) { return c.x + c.y + c.z; }
+
+inline std::optional<float> PathStages::scatter_distance(float hit_distance, const PathInFlight& path) const {
+  const PathState& state = path.state;
+  if (!state.in_medium || is_black(state.throughput)) return std::nullopt;
+  const Medium& medium = world->medium(*path.media.innermost());
+  if (is_black(medium.scattering)) return std::nullopt;
+  const Rgb choice = channel_probabilities(state);
+  const V2f u = Sampler::sample_2d(walk_key(path), path.sample.address.index, 0);
   const unsigned channel = u.x < choice.x ? 0 : u.x < choice.x + choice.y ? 1 : 2;
   const float chosen = medium.extinction[channel];
-  const float t = chosen > 0.0f ? -elementary::log(1.0f - u.y) / chosen : kInfinity;
-  if (t >= distance) {
-    const Rgb through = exp_negative(medium.extinction * distance);
-    state.throughput *= through / sum(choice * through);
-    return true;
-  }
+  const float distance = chosen > 0.0f ? -elementary::log(1.0f - u.y) / chosen : kInfinity;
+  return distance < hit_distance ? std::optional(distance) : std::nullopt;
+}
 
-  const Rgb through = exp_negative(medium.extinction * t);
-  state.throughput *= medium.scattering * through / sum(choice * medium.extinction * through);
-  if (++state.scatter_events > kMaxScatterEvents || is_black(state.throughput)) return false;
+inline bool PathStages::cross_medium(float distance, const PathInFlight& path) const {
+  PathState& state = path.state;
+  assert(state.in_medium && !path.media.empty());
+  if (is_black(state.throughput)) return false;
+  const Medium& medium = world->medium(*path.media.innermost());
+  const Rgb through = exp_negative(medium.extinction * distance);
+  if (is_black(medium.scattering)) {
+    state.throughput *= through;
+  } else {
+    state.light_path_scale = 0.0f;
+    state.throughput *= through / sum_of(channel_probabilities(state) * through);
+  }
+  return !is_black(state.throughput);
+}
+
+template <typename Sink>
+inline void PathStages::scatter_in_medium(const accel::Ray& ray, float distance, const PathInFlight& path,
+                                          Sink& sink) const {
+  PathState& state = path.state;
+  const Medium& medium = world->medium(*path.media.innermost());
+  const SampleAddress& address = path.sample.address;
+  const uint32_t key = walk_key(path);
+  const Rgb through = exp_negative(medium.extinction * distance);
+  state.light_path_scale = 0.0f;
+  state.throughput *= medium.scattering * through / sum_of(channel_probabilities(state) * medium.extinction * through);
+  if (++state.scatter_events > kMaxScatterEvents || is_black(state.throughput)) return;
   if (state.scatter_events >= kFirstRouletteEvent) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
-    if (Sampler::sample_1d(key, address.index, 1) >= survival) return false;
+    if (Sampler::sample_1d(key, address.index, 1) >= survival) return;
     state.throughput /= survival;
   }
   sink.arrive(path, nullptr);
 
   state.bsdf_pdf = 0.0f; // no light sampling inside media
   state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
-  const V3f position = ray.origin + ray.direction * t;
+  const V3f position = ray.origin + ray.direction * distance;
   state.previous_position = position;
   const V3f wi = scatter_direction(ray.direction, position, medium.scatter_anisotropy, {key, address.index}, state);
-  sink.scatter_event(ray, t, position, state);
+  sink.scatter_event(ray, distance, position, state);
   sink.extend(path, {.origin = position,
                      .t_min = 0.0f,
                      .direction = wi,
@@ -107,7 +130,6 @@ inline bool PathStages::travel_medium(const accel::Ray& ray, float distance, con
                      .time = ray.time,
                      .index = address.index,
                      .flags = kHitPartlyTransparent});
-  return false;
 }
 
 } // namespace kindling
