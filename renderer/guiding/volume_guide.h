@@ -21,9 +21,9 @@ struct VolumeRecord {
   float weight = 0.0f; // radiant power, in any unit; above 0
 };
 
-// What is brighter than its surroundings, as a point in a medium sees it: lamps and bright places
-// of the sky behind the boundary. A binary tree over space; each region has a quadtree over the
-// directions, which are points of a square (octahedron.h; quadtrees: Mueller et al. 2017,
+// Directions that are brighter than others, as a point in a medium sees them: lamps and bright
+// places of the sky behind the boundary. A binary tree over space; each region has a quadtree over
+// the directions, which are points of a square (octahedron.h; quadtrees: Mueller et al. 2017,
 // "Practical Path Guiding for Efficient Light-Transport Simulation"). Immutable, thread-safe.
 struct VolumeGuideView {
   struct Region {

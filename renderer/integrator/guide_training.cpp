@@ -4,9 +4,9 @@
 
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/guiding/learn_guide.h"
+#include "renderer/integrator/light_paths/volume_photons.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
-#include "renderer/integrator/volume_photons.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>

@@ -4,7 +4,7 @@
 
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/light_paths.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/shade_group.h"
 #include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/path_stages.h"

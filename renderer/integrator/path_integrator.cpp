@@ -12,7 +12,7 @@
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
-#include "renderer/integrator/stages/travel_medium.h"
+#include "renderer/integrator/stages/random_walk.h"
 
 #include <array>
 #include <cassert>

@@ -4,7 +4,7 @@
 
 #include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/light_paths.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/world/light_groups.h"

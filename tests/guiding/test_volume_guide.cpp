@@ -21,12 +21,17 @@ using test::Random;
 const V3f kBeam = V3f(0.3f, 0.8f, -0.5f).normalized();
 constexpr float kBeamWidth = 0.02f; // 1 - cos: 11 degrees
 
+V3f point_in_cube(Random& random) {
+  const V2f xy = random.next_2d();
+  return V3f(xy.x, xy.y, random.next_1d()) * 2.0f - V3f(1.0f);
+}
+
 // A cube of 2 m. Light comes from everywhere, and on the left half as much from a lamp.
 std::vector<VolumeRecord> lamp_on_the_left(int count, uint64_t seed) {
   Random random(seed);
   std::vector<VolumeRecord> records;
   for (int i = 0; i < count; ++i) {
-    const V3f position = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 2.0f - V3f(1.0f);
+    const V3f position = point_in_cube(random);
     const V2f u = random.next_2d();
     const V3f direction = position.x < 0.0f && i % 2 == 0
                               ? Frame::around(kBeam).to_world(sample_uniform_cone(u, kBeamWidth))
@@ -81,7 +86,7 @@ TEST(VolumeGuide, FindsTheLampWhereItIsSeen) {
   EXPECT_GT(guide.regions.size(), 20U);
   Random random(3);
   for (int i = 0; i < 200; ++i) {
-    V3f position = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 2.0f - V3f(1.0f);
+    V3f position = point_in_cube(random);
     position.x = std::copysign(std::max(std::abs(position.x), 0.1f), position.x);
     const VolumeGuideView::Region& region = guide.find(position);
     if (position.x > 0.0f) {
@@ -101,8 +106,9 @@ TEST(VolumeGuide, EvenLightIsNotGuided) {
   Random random(4);
   std::vector<VolumeRecord> records;
   for (int i = 0; i < 100000; ++i) {
-    const V3f position(random.next_1d(), random.next_1d(), random.next_1d());
-    records.push_back({position, sample_uniform_sphere(random.next_2d()), 0.5f + random.next_1d()});
+    const V3f position = point_in_cube(random);
+    const V3f direction = sample_uniform_sphere(random.next_2d());
+    records.push_back({position, direction, 0.5f + random.next_1d()});
   }
   EXPECT_TRUE(VolumeGuide(records).empty());
   EXPECT_TRUE(VolumeGuide().empty());
@@ -131,7 +137,7 @@ TEST(VolumeGuide, IsIndependentOfThreadCount) {
   ASSERT_EQ(alone.quarters.size(), together.quarters.size());
   Random random(6);
   for (int i = 0; i < 5000; ++i) {
-    const V3f position = V3f(random.next_1d(), random.next_1d(), random.next_1d()) * 2.0f - V3f(1.0f);
+    const V3f position = point_in_cube(random);
     const VolumeGuideView::Region &a = alone.find(position), &b = together.find(position);
     ASSERT_EQ(a.share, b.share);
     ASSERT_EQ(a.mean, b.mean);

@@ -1,7 +1,7 @@
 // Light paths: known answers, bounce limits, lenses, media.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/casters.h"
-#include "renderer/integrator/light_paths.h"
+#include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"

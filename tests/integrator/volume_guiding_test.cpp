@@ -1,7 +1,6 @@
-// Walks in media that are guided to lamps: their mean with arbitrary guides, their noise with
-// learned ones, and the light paths that teach them.
+// Guided walks in media: their mean with any guide, their noise with learned ones, and photons.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/volume_photons.h"
+#include "renderer/integrator/light_paths/volume_photons.h"
 #include "renderer/session/prepare/train_guide.h"
 #include "tests/integrator/guided_mean.h"
 #include "tests/integrator/place_light.h"
@@ -78,7 +77,7 @@ RenderSettings trained(Guiding guiding, uint32_t spp) {
 // A learned guide keeps the mean and lowers the noise: to a third in smooth wax, where paths alone
 // find the lamp.
 TEST(VolumeGuiding, LearnedGuidesFindTheLamp) {
-  for (const auto& [roughness, most] : {std::pair(0.0f, 0.45), std::pair(0.3f, 0.6)}) {
+  for (const auto& [roughness, limit] : {std::pair(0.0f, 0.45), std::pair(0.3f, 0.6)}) {
     const auto world = make_world(wax_under_a_lamp(wax(roughness, Rgb(0.6f))), accel::Kind::kdtree);
     const Mean off = render_mean(*world, wax_camera(kSize), trained(Guiding::off, 256));
     RenderSettings settings = trained(Guiding::automatic, 256);
@@ -88,7 +87,7 @@ TEST(VolumeGuiding, LearnedGuidesFindTheLamp) {
     EXPECT_GT(outcome.value().statistics.guiding.volume_regions, 0);
     const Mean on = mean_of(outcome.value().film);
     EXPECT_NEAR(on.luminance, off.luminance, 4.5 * std::hypot(on.standard_error, off.standard_error)) << roughness;
-    EXPECT_LT(square(on.standard_error), most * square(off.standard_error)) << roughness;
+    EXPECT_LT(square(on.standard_error), limit * square(off.standard_error)) << roughness;
   }
 }
 
@@ -108,7 +107,7 @@ std::vector<VolumeRecord> photons_in(const World& world, uint64_t paths = 4000) 
   return trace_volume_photons(world, {{}, 0, paths, 1U << 20}, {}, counters);
 }
 
-// Records lie in the ball; of those that nothing has scattered before, most come from the lamp's
+// Records lie in the sphere; of those that nothing has scattered before, most come from the lamp's
 // side.
 TEST(VolumePhotons, AreScatteredInTheMedium) {
   const auto world = make_world(wax_under_a_lamp(wax(0.0f, Rgb(0.6f))), accel::Kind::kdtree);

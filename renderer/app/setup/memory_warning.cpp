@@ -4,7 +4,7 @@
 
 #include "renderer/app/setup/available_memory.h"
 #include "renderer/app/terminal/process_info.h"
-#include "renderer/integrator/casters.h"
+#include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/world/light_groups.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/pilots/light_path_pilot.h"
 
-#include "renderer/integrator/light_paths.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/pilots/pilot_grid.h"
 #include "renderer/integrator/pilots/pilot_tasks.h"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
 #include "renderer/integrator/stages/path_stages.h"
-#include "renderer/integrator/stages/travel_medium.h"
+#include "renderer/integrator/stages/random_walk.h"
 
 #include <cassert>
 

@@ -5,8 +5,8 @@
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/prepare_path.h"
+#include "renderer/integrator/stages/random_walk.h"
 #include "renderer/integrator/stages/sample_cone.h"
-#include "renderer/integrator/stages/travel_medium.h"
 #include "renderer/sampling/mis.h"
 
 #include <algorithm>

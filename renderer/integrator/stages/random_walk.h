@@ -1,4 +1,4 @@
-// The way of one path through a medium, up to its hit: absorption and a random walk.
+// The way of one path through a medium: absorption, and a random walk that may be guided.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,8 +53,8 @@ inline V3f PathStages::scatter_direction(const V3f& direction, const V3f& positi
   return wi;
 }
 
-// Returns the key of the draws of a walk's next step. Each segment of a path in a medium has its own:
-// after an event, a reflection inside, or a surface that it passes straight through.
+// Returns the key of the draws of a walk's next step. Each segment of a path in a medium has its
+// own: after an event, a reflection inside, or a surface that it passes straight through.
 [[nodiscard]] inline uint32_t walk_key(const PathInFlight& path) {
   const PathState& state = path.state;
   return hash_combine(hash_combine(path.sample.address.key, kWalkKey + state.scatter_events),
@@ -62,8 +62,8 @@ inline V3f PathStages::scatter_direction(const V3f& direction, const V3f& positi
 }
 
 // Returns the probabilities with which the channels draw a distance: by the throughput. Its density
-// is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling", with three
-// channels).
+// is the mean over the channels (Wilkie et al. 2014, "Hero Wavelength Spectral Sampling", with
+// three channels).
 [[nodiscard]] inline Rgb channel_probabilities(const PathState& state) {
   return state.throughput / (state.throughput.x + state.throughput.y + state.throughput.z);
 }

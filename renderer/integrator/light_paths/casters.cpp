@@ -1,6 +1,6 @@
 // Choice of caster materials by their factors, and spheres around their meshes.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/casters.h"
+#include "renderer/integrator/light_paths/casters.h"
 
 #include <algorithm>
 #include <span>

@@ -1,13 +1,13 @@
 // Tracing of light paths, all those of a batch together.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/light_paths.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 
-#include "renderer/integrator/camera_sight.h"
-#include "renderer/integrator/casters.h"
-#include "renderer/integrator/emitted_path.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/light_paths/camera_sight.h"
+#include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/light_paths/emitted_path.h"
 #include "renderer/integrator/stages/prepare_path.h"
-#include "renderer/integrator/stages/travel_medium.h"
+#include "renderer/integrator/stages/random_walk.h"
 
 #include <algorithm>
 #include <cmath>

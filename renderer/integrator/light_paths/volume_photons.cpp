@@ -1,10 +1,10 @@
 // Traces light paths into scattering media in waves, by the stages of the camera's paths.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/volume_photons.h"
+#include "renderer/integrator/light_paths/volume_photons.h"
 
 #include "renderer/base/standard_arithmetic.h"
-#include "renderer/integrator/casters.h"
-#include "renderer/integrator/emitted_path.h"
+#include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/light_paths/emitted_path.h"
 #include "renderer/integrator/stages/shade_path.h"
 #include "renderer/light/emission_sampling.h"
 
@@ -33,7 +33,7 @@ struct Photon {
   bool arrived = false; // at the boundary of a medium: its throughput has the light's radiance
 };
 
-// Keeps the rays of a wave that go on, and the events in media.
+// Keeps the rays of paths that continue, and the events in media.
 struct PhotonSink {
   static constexpr bool kSplits = false;
 
