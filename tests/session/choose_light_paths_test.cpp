@@ -38,6 +38,7 @@ TEST(ChooseLightPaths, ChoosesThemWhereLightComesThroughGlass) {
   EXPECT_LT(choice.predicted, 1.0 / kMinLightPathGain);
   EXPECT_GT(choice.camera_paths, 0U);
   EXPECT_GT(choice.light_paths, 0U);
+  EXPECT_EQ(choice.why_none, "");
   EXPECT_TRUE(outcome.film.has_splats());
   EXPECT_EQ(outcome.work.light_paths, choice.fraction);
   RenderSettings fixed = open_settings();
@@ -89,6 +90,7 @@ TEST(ChooseLightPaths, CostNothingWithoutCasters) {
   EXPECT_EQ(outcome.statistics.light_paths.fraction, 0.0f);
   EXPECT_EQ(outcome.statistics.light_paths.camera_paths, 0U);
   EXPECT_EQ(outcome.statistics.light_paths.rays.total(), 0U);
+  EXPECT_NE(outcome.statistics.light_paths.why_none.find("no light reaches glass, metal or a coat"), std::string::npos);
   EXPECT_FALSE(outcome.film.has_splats());
   settings.chooses_light_paths = false;
   expect_same_bits(outcome.film, render_open(*plain, settings).film, "no casters");
@@ -110,6 +112,7 @@ TEST(ChooseLightPaths, ShortRendersHaveNoPilot) {
   settings.planned_samples = 16;
   const RenderOutcome outcome = render_open(*world, settings);
   EXPECT_EQ(outcome.statistics.light_paths.camera_paths, 0U);
+  EXPECT_NE(outcome.statistics.light_paths.why_none.find("too short for a pilot"), std::string::npos);
   EXPECT_FALSE(outcome.film.has_splats());
 }
 

@@ -16,6 +16,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -80,11 +81,11 @@ class Pilot {
         sampler_(hash_u32(settings.seed ^ 0x3c6ef372U)) {}
 
   LightPathChoice run() {
-    if (settings_.paths == 0) return choice_;
+    if (settings_.paths == 0) return none_because("the render is too short for a pilot");
     IntegratorSettings one_each = settings_.integrator;
     one_each.light_paths = 1.0f;
     const LightPaths light_paths(one_each, world_, camera_, settings_.filter, sampler_.seed());
-    if (!light_paths.useful()) return choice_;
+    if (!light_paths.useful()) return none_because("no light reaches glass, metal or a coat that could focus it");
     make_cells();
     trace_camera_paths();
     if (complete_) trace_light_paths(light_paths);
@@ -95,6 +96,12 @@ class Pilot {
   }
 
  private:
+  LightPathChoice none_because(std::string_view reason) {
+    choice_.why_none = "--light-paths auto: ";
+    choice_.why_none += reason;
+    return choice_;
+  }
+
   void make_cells() {
     grid_ = make_pilot_grid(size_, settings_.paths / kPathsPerCell, kBlockSize);
     cells_.resize(grid_.blocks.size());

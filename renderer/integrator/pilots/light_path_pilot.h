@@ -34,7 +34,7 @@ struct LightPathChoice {
   RayCounters rays;          // of the pilot
   double pilot_s = 0.0;      // wall seconds
   double busy_s = 0.0;       // summed over the threads
-  std::string why_none;      // what light paths do not work with; empty: nothing
+  std::string why_none;      // why there was no pilot; empty: there was one
 };
 
 // Predicts, for a few fractions, the error of an image with light paths and its cost in rays, and

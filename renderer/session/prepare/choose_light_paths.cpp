@@ -32,23 +32,23 @@ LightPathChoice choose_light_paths(const World& world, const Camera& camera, con
   RenderSettings with = settings;
   with.integrator.light_paths = 1.0f;
   if (with.device == DeviceKind::automatic) with.device = DeviceKind::gpu; // there may be one
-  LightPathChoice none;
+  LightPathChoice choice;
   if (const Result<void> checked = check_light_paths(with, camera); !checked)
-    none.why_none = checked.error().message;
+    choice.why_none = checked.error().message;
   else if (settings.crop && *settings.crop != PixelRect{V2i(0, 0), settings.size_px})
-    none.why_none = "--light-paths: a crop has those of its own pixels alone";
-  if (!none.why_none.empty()) {
-    if (listener != nullptr) listener->on_info("no light paths are traced: " + none.why_none);
-    return none;
-  }
-  return choose_light_path_fraction(world, camera,
-                                    {.integrator = settings.integrator,
-                                     .filter = settings.filter,
-                                     .guide = guide,
-                                     .seed = settings.seed,
-                                     .samples_per_pixel = settings.planned(),
-                                     .paths = pilot_paths(settings)},
-                                    stopped);
+    choice.why_none = "--light-paths: a crop has those of its own pixels alone";
+  else
+    choice = choose_light_path_fraction(world, camera,
+                                        {.integrator = settings.integrator,
+                                         .filter = settings.filter,
+                                         .guide = guide,
+                                         .seed = settings.seed,
+                                         .samples_per_pixel = settings.planned(),
+                                         .paths = pilot_paths(settings)},
+                                        stopped);
+  if (!choice.why_none.empty() && listener != nullptr)
+    listener->on_info("no light paths are traced: " + choice.why_none);
+  return choice;
 }
 
 } // namespace kindling
