@@ -34,7 +34,7 @@ struct LightPathChoice {
   RayCounters rays;          // of the pilot
   double pilot_s = 0.0;      // wall seconds
   double busy_s = 0.0;       // summed over the threads
-  std::string why_none;      // why there was no pilot; empty: there was one
+  std::string why_none;      // why a pilot was left out; empty: it was not, or none was asked for
 };
 
 // Predicts, for a few fractions, the error of an image with light paths and its cost in rays, and
