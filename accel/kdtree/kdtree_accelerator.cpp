@@ -4,7 +4,7 @@
 
 #include "accel/affine.h"
 #include "accel/kdtree/all_hits_queries.h"
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 #include "accel/kdtree/instance_bounds.h"
 #include "accel/kdtree/layout.h"
 #include "accel/kdtree/leaf_sizes.h"

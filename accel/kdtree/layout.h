@@ -3,7 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 #include "accel/kdtree/deforming/swept.h"
 #include "accel/kdtree/node.h"
 

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/build/reference.h"
 #include "accel/kdtree/leaf_format.h"
-#include "accel/kdtree/reference.h"
 
 #include <cstddef>
 #include <span>

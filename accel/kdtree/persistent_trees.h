@@ -3,8 +3,8 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "accel/kdtree/build/reference.h"
 #include "accel/kdtree/node.h"
-#include "accel/kdtree/reference.h"
 #include "accel/persistent_meshes.h"
 
 #include <memory>

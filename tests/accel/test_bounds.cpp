@@ -1,6 +1,6 @@
 // Scenes made to exhaust memory and patience: what they take stays within the estimates.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 #include "accel/kdtree/instance_level.h"
 #include "accel/kdtree/layout.h"
 #include "accel/memory_estimate.h"

@@ -1,7 +1,7 @@
 // Tests of the nodes with the boxes of their children: contents, order, leaves.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/box_cuts.h"
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 #include "accel/kdtree/instance_bounds.h"
 #include "accel/kdtree/layout.h"
 #include "tests/accel/accel_scenes.h"

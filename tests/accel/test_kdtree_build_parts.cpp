@@ -1,8 +1,8 @@
 // Tests of the kd-tree builder's parts: clipping, split searches, partitioning.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/clipping.h"
-#include "accel/kdtree/partition.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/clipping.h"
+#include "accel/kdtree/build/partition.h"
+#include "accel/kdtree/build/split.h"
 #include "accel/triangle.h"
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/clip_bounds.h"

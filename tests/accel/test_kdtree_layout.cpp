@@ -1,6 +1,6 @@
 // Tests of the finished kd-tree: lookup tables, layout invariants, depth, determinism.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/clipping.h"
+#include "accel/kdtree/build/clipping.h"
 #include "accel/kdtree/geometry_table.h"
 #include "accel/kdtree/layout.h"
 #include "tests/accel/accel_scenes.h"

@@ -1,6 +1,6 @@
 // Tests of the split search at flat walls, and of the visits of rays that leave one.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/split.h"
 #include "tests/accel/accel_scenes.h"
 
 #include <gtest/gtest.h>

@@ -12,7 +12,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 #include "accel/kdtree/deforming/swept.h"
 
 #include <span>

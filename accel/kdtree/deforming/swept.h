@@ -3,8 +3,8 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
+#include "accel/kdtree/build/reference.h"
 #include "accel/kdtree/deforming/time_slice.h"
-#include "accel/kdtree/reference.h"
 
 #include <ImathVec.h>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/reference.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/reference.h"
+#include "accel/kdtree/build/split.h"
 
 #include <cstring>
 #include <memory>

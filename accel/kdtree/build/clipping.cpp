@@ -1,6 +1,6 @@
 // Splits references at planes, two at a time.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/clipping.h"
+#include "accel/kdtree/build/clipping.h"
 
 #include "accel/vectors.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/split.h"
 #include "accel/vectors.h"
 
 #include <bit>

@@ -3,7 +3,7 @@
 // if that reaches farther than the wall. Areas of cells do not tell this, and a greedy search does
 // not see that the boxes on both sides of such a plane are smaller than the cells.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/split.h"
 
 #include <algorithm>
 #include <array>

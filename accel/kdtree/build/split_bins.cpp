@@ -3,8 +3,8 @@
 // Shevtsov, Soupikov and Kapustin, "Highly parallel fast kd-tree construction for interactive ray
 // tracing of dynamic scenes", 2007.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/lane_costs.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/lane_costs.h"
+#include "accel/kdtree/build/split.h"
 #include "accel/vectors.h"
 
 #include <tbb/parallel_for.h>

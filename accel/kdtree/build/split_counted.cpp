@@ -1,8 +1,8 @@
 // Counting split search for nodes of few references.
 // Compares eight planes at a time with all references, without sorting or data-dependent branches.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/lane_costs.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/lane_costs.h"
+#include "accel/kdtree/build/split.h"
 
 #include <algorithm>
 #include <array>

@@ -4,8 +4,8 @@
 // Departure: bounds are sorted again at every node, as plain floats, which is cheap for a few
 // thousand references.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/lane_costs.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/lane_costs.h"
+#include "accel/kdtree/build/split.h"
 #include "accel/vectors.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // smaller child's are pushed on top and built first. Memory stays close to twice the references of
 // the first node, and nothing is allocated per node.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/subtree.h"
+#include "accel/kdtree/build/subtree.h"
 
 #include "accel/kdtree/box_cuts.h"
 #include "accel/vectors.h"

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "accel/kdtree/binary_tree.h"
-#include "accel/kdtree/build.h"
-#include "accel/kdtree/partition.h"
-#include "accel/kdtree/split.h"
+#include "accel/kdtree/build/build.h"
+#include "accel/kdtree/build/partition.h"
+#include "accel/kdtree/build/split.h"
 
 #include <ImathBox.h>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/kdtree/reference.h"
+#include "accel/kdtree/build/reference.h"
 
 namespace kindling::accel::kd {
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/build/reference.h"
 #include "accel/kdtree/config.h"
-#include "accel/kdtree/reference.h"
 
 #include <ImathBox.h>
 

@@ -1,8 +1,8 @@
 // Branch-free partitioning of references, serial in place and parallel in chunks.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/partition.h"
+#include "accel/kdtree/build/partition.h"
 
-#include "accel/kdtree/clipping.h"
+#include "accel/kdtree/build/clipping.h"
 #include "accel/vectors.h"
 
 #include <tbb/parallel_for.h>

@@ -2,10 +2,10 @@
 // Splits greedily until a leaf is cheaper, and collapses subtrees that turn out no cheaper than a
 // leaf. subtree.h builds the parts below, each on one thread.
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/kdtree/build.h"
+#include "accel/kdtree/build/build.h"
 
 #include "accel/kdtree/box_cuts.h"
-#include "accel/kdtree/subtree.h"
+#include "accel/kdtree/build/subtree.h"
 #include "accel/triangle.h"
 #include "accel/vectors.h"
 
