@@ -327,20 +327,55 @@ bool same_bits(const Reference* a, const Reference* b, size_t count) {
   return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Reference)) == 0;
 }
 
+ReferenceBlocks in_blocks(std::span<const Reference> references, BlockPool& pool) {
+  ReferenceBlocks blocks(pool);
+  while (!references.empty()) {
+    const size_t fits = std::min(references.size(), blocks.room());
+    copy_references(references.data(), fits, blocks.end());
+    blocks.advance_to(blocks.end() + fits);
+    references = references.subspan(fits);
+  }
+  return blocks;
+}
+std::vector<Reference> in_one_list(const ReferenceBlocks& blocks) {
+  std::vector<Reference> list(blocks.count());
+  blocks.copy_to(list.data());
+  return list;
+}
+
+TEST(Partition, BlocksKeepReferencesAndTheirBounds) {
+  Rng rng(110);
+  const References references(rng, 10000);
+  BlockPool pool(1); // grows
+  ReferenceBlocks blocks = in_blocks(references.all, pool);
+  EXPECT_EQ(blocks.blocks().size(), 10000U / kBlockReferences + 1);
+  Box3f box;
+  for (const Reference& r : references.all) box.extendBy(Box3f(r.min, r.max));
+  EXPECT_EQ(blocks.space().box(), box);
+  ASSERT_EQ(blocks.count(), references.all.size());
+  EXPECT_TRUE(same_bits(in_one_list(blocks).data(), references.all.data(), references.all.size()));
+
+  // Blocks that were given back are taken again, before others are allocated.
+  std::vector<const Reference*> before;
+  for (const std::span<Reference> block : blocks.blocks()) before.push_back(block.data());
+  ReferenceBlocks(std::move(blocks));
+  const Reference* again = pool.take();
+  EXPECT_NE(std::find(before.begin(), before.end(), again), before.end());
+}
+
 TEST(Partition, AssignsReferencesToTheirSides) {
   Rng rng(111);
-  const References references(rng, 40000); // several chunks
+  const References references(rng, 40000); // several groups of blocks
   for (const bool planar_left : {false, true}) {
     const Split split{0.0, 0.5f, 0, planar_left};
     std::vector<int> left(references.all.size(), 0), right(references.all.size(), 0);
-    Halves halves = partition_in_chunks(references.geometries, references.all, split);
-    for (size_t i = 0; i < halves.counts.left; ++i) {
-      const Reference& r = halves.left.data()[i];
+    BlockPool pool(references.all.size());
+    const BlockHalves halves = partition(references.geometries, in_blocks(references.all, pool), split, pool);
+    for (const Reference& r : in_one_list(halves.left)) {
       ++left[r.triangle];
       EXPECT_LE(r.max.x, 0.5f);
     }
-    for (size_t i = 0; i < halves.counts.right; ++i) {
-      const Reference& r = halves.right.data()[i];
+    for (const Reference& r : in_one_list(halves.right)) {
       ++right[r.triangle];
       EXPECT_GE(r.min.x, 0.5f);
     }
@@ -355,14 +390,22 @@ TEST(Partition, AssignsReferencesToTheirSides) {
   }
 }
 
-TEST(Partition, InPlaceMatchesChunked) {
+// Lists, lists in place and a single group of blocks have the same order; sampled searches depend on
+// it.
+TEST(Partition, AllKindsMatch) {
   Rng rng(113);
-  const References references(rng, 5000); // one chunk
+  const References references(rng, 9000); // five blocks, one group
   const size_t count = references.all.size();
   for (const float position : {0.2f, 0.5f, 0.9f})
     for (const bool left_in_place : {false, true}) {
       const Split split{0.0, position, 0, true};
-      Halves halves = partition_in_chunks(references.geometries, references.all, split);
+      Halves halves = partition(references.geometries, references.all, split);
+      BlockPool pool(count);
+      const BlockHalves blocks = partition(references.geometries, in_blocks(references.all, pool), split, pool);
+      ASSERT_EQ(blocks.left.count(), halves.counts.left);
+      ASSERT_EQ(blocks.right.count(), halves.counts.right);
+      EXPECT_TRUE(same_bits(in_one_list(blocks.left).data(), halves.left.data(), halves.counts.left));
+      EXPECT_TRUE(same_bits(in_one_list(blocks.right).data(), halves.right.data(), halves.counts.right));
       std::vector<Reference> own = references.all, elsewhere(count + 1);
       ReferenceBuffer scratch;
       const HalfCounts counts =

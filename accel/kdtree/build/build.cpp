@@ -5,6 +5,9 @@
 #include "accel/kdtree/build/build.h"
 
 #include "accel/kdtree/box_cuts.h"
+#include "accel/kdtree/build/find_split.h"
+#include "accel/kdtree/build/partition.h"
+#include "accel/kdtree/build/reference_blocks.h"
 #include "accel/kdtree/build/subtree.h"
 #include "accel/triangle.h"
 #include "accel/vectors.h"
@@ -28,40 +31,56 @@ struct References {
   [[nodiscard]] std::span<const Reference> all() { return {buffer.data(), count}; }
 };
 
+References in_one_piece(const ReferenceBlocks& blocks) {
+  References references{ReferenceBuffer(blocks.count()), blocks.count()};
+  blocks.copy_to(references.buffer.data());
+  return references;
+}
+
+// Undoes a partition: one reference for each triangle, with the bounds of its parts.
+References merged(const BlockHalves& halves) {
+  References all{ReferenceBuffer(halves.left.count() + halves.right.count()),
+                 halves.left.count() + halves.right.count()};
+  halves.left.copy_to(all.buffer.data());
+  halves.right.copy_to(all.buffer.data() + halves.left.count());
+  const auto id = [](const Reference& r) { return uint64_t{r.geometry} << 32 | r.triangle; };
+  Reference* const parts = all.buffer.data();
+  std::sort(parts, parts + all.count, [&](const Reference& a, const Reference& b) { return id(a) < id(b); });
+  size_t last = 0;
+  for (size_t i = 1; i < all.count; ++i) {
+    if (id(parts[i]) == id(parts[last])) {
+      for (int k = 0; k < 3; ++k) {
+        parts[last].min[k] = std::min(parts[last].min[k], parts[i].min[k]);
+        parts[last].max[k] = std::max(parts[last].max[k], parts[i].max[k]);
+      }
+    } else {
+      parts[++last] = parts[i];
+    }
+  }
+  all.count = std::min(all.count, last + 1);
+  return all;
+}
+
 class TopBuilder {
  public:
-  explicit TopBuilder(const BuildContext& context) : context_(context) {}
+  TopBuilder(const BuildContext& context, BlockPool& pool) : context_(context), pool_(pool) {}
 
-  double build(const Cell& cell, References references, BinaryNode& node) {
+  double build(const Cell& cell, ReferenceBlocks references, BinaryNode& node) {
     const Config& config = context_.config;
-    if (references.count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
-      return workers_.local().build(context_, cell, references.all(), node);
+    if (references.count() <= kMaxSubtreeReferences) {
+      References few = in_one_piece(references);
+      ReferenceBlocks(std::move(references)); // returns the blocks
+      return build(cell, std::move(few), node);
+    }
     const CostModel model(config, cell.box);
-    SplitScratch scratch;
     std::optional<Split> split;
-    if (cell.depth < context_.max_depth && !context_.stopped())
-      split = find_split(config, model, cell.box, references.all(), scratch);
-    if (!split) return make_leaf(cell, references, node);
-    Halves halves = partition_in_chunks(context_.meshes, references.all(), *split);
-    const HalfCounts counts = halves.counts;
-    const bool reduced = counts.left < references.count || counts.right < references.count;
-    if (!reduced || counts.left + counts.right > cell.budget) return make_leaf(cell, references, node);
-    references = {};
-
-    Cell below, above;
-    cell.divide(*split, counts, below, above);
-    node.position = split->position;
-    node.axis = static_cast<uint32_t>(split->axis);
-    node.children = workers_.local().new_pair();
-    double left_cost = 0.0, right_cost = 0.0;
-    tbb::task_group group;
-    References left{std::move(halves.left), counts.left}, right{std::move(halves.right), counts.right};
-    group.run([&] { left_cost = build(below, std::move(left), node.children[0]); });
-    right_cost = build(above, std::move(right), node.children[1]);
-    group.wait();
-    choose_boxes(node, context_.inverse_area);
-    return config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
-           model.right_probability(split->axis, split->position) * right_cost;
+    if (cell.depth < context_.max_depth && !context_.stopped()) split = find_split(config, model, cell.box, references);
+    if (!split) return make_leaf(cell, in_one_piece(references), node);
+    const size_t count = references.count();
+    BlockHalves halves = partition(context_.meshes, std::move(references), *split, pool_);
+    const HalfCounts counts{halves.left.count(), halves.right.count()};
+    if (!is_progress(cell, count, counts)) return make_leaf(cell, merged(halves), node);
+    return build_children(cell, model, *split, counts, std::move(halves.left), std::move(halves.right), node);
   }
 
   [[nodiscard]] std::vector<TreeArena> take_arenas() {
@@ -71,12 +90,55 @@ class TopBuilder {
   }
 
  private:
-  double make_leaf(const Cell& cell, References& references, BinaryNode& node) {
+  // At most kMaxSubtreeReferences.
+  double build(const Cell& cell, References references, BinaryNode& node) {
+    const Config& config = context_.config;
+    if (references.count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
+      return workers_.local().build(context_, cell, references.all(), node);
+    const CostModel model(config, cell.box);
+    SplitScratch scratch;
+    std::optional<Split> split;
+    if (cell.depth < context_.max_depth && !context_.stopped())
+      split = find_split(config, model, cell.box, references.all(), scratch);
+    if (!split) return make_leaf(cell, std::move(references), node);
+    Halves halves = partition(context_.meshes, references.all(), *split);
+    const HalfCounts counts = halves.counts;
+    if (!is_progress(cell, references.count, counts)) return make_leaf(cell, std::move(references), node);
+    references = {};
+    return build_children(cell, model, *split, counts, References{std::move(halves.left), counts.left},
+                          References{std::move(halves.right), counts.right}, node);
+  }
+
+  // True if a split separates something, and its parts stay within the budget.
+  static bool is_progress(const Cell& cell, size_t count, const HalfCounts& counts) {
+    return (counts.left < count || counts.right < count) && counts.left + counts.right <= cell.budget;
+  }
+
+  template <class List>
+  double build_children(const Cell& cell, const CostModel& model, const Split& split, const HalfCounts& counts,
+                        List left, List right, BinaryNode& node) {
+    Cell below, above;
+    cell.divide(split, counts, below, above);
+    node.position = split.position;
+    node.axis = static_cast<uint32_t>(split.axis);
+    node.children = workers_.local().new_pair();
+    double left_cost = 0.0, right_cost = 0.0;
+    tbb::task_group group;
+    group.run([&] { left_cost = build(below, std::move(left), node.children[0]); });
+    right_cost = build(above, std::move(right), node.children[1]);
+    group.wait();
+    choose_boxes(node, context_.inverse_area);
+    return context_.config.traversal_cost + model.left_probability(split.axis, split.position) * left_cost +
+           model.right_probability(split.axis, split.position) * right_cost;
+  }
+
+  double make_leaf(const Cell& cell, References references, BinaryNode& node) {
     if (context_.references != nullptr) context_.references->add(references.count);
     return workers_.local().build_leaf(context_, cell, references.all(), node);
   }
 
   const BuildContext& context_;
+  BlockPool& pool_;
   tbb::enumerable_thread_specific<SubtreeBuilder> workers_;
 };
 
@@ -105,57 +167,48 @@ bool can_be_hit(const Corners& t) {
   return (differs[0] | differs[1] | differs[2]) != 0;
 }
 
-// Returns one reference per triangle that can be hit, in the order of primitives, with their
-// triangles' margins, and extends `bounds` by them.
-References initial_references(const BuildMeshes& meshes, const BuildMonitor& monitor, Imath::Box3f& bounds) {
-  constexpr size_t kChunk = 16384;
-  struct Chunk {
-    uint32_t geometry;
-    size_t first, last; // triangles
-    size_t place, count;
-    Imath::Box3f bounds;
-  };
-  std::vector<Chunk> chunks;
-  size_t total = 0;
-  for (size_t g = 0; g < meshes.geometries.size(); ++g)
-    for (size_t first = 0, count = meshes.geometries[g].mesh.triangle_count(); first < count; first += kChunk) {
-      const size_t last = std::min(count, first + kChunk);
-      chunks.push_back({static_cast<uint32_t>(g), first, last, total, 0, {}});
-      total += last - first;
-    }
-  References references{ReferenceBuffer(total), 0};
-  Reference* const out = references.buffer.data();
-  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
-    Chunk& chunk = chunks[c];
-    if (monitor.cancelled()) return;
-    const TriangleMesh& mesh = meshes.geometries[chunk.geometry].mesh;
-    constexpr float kMax = std::numeric_limits<float>::max();
-    Float4 all_low = {kMax, kMax, kMax, kMax}, all_high = -all_low;
-    for (size_t i = chunk.first; i < chunk.last; ++i) {
-      const Corners corners = corners_of(mesh, i);
+// Appends references to the triangles first <= i < last of a mesh that can be hit, with their margins.
+void append_references(const BuildMeshes& meshes, uint32_t geometry, size_t first, size_t last,
+                       ReferenceBlocks& references) {
+  const TriangleMesh& mesh = meshes.geometries[geometry].mesh;
+  while (first < last) {
+    const size_t end = std::min(last, first + references.room());
+    Reference* out = references.end();
+    for (; first < end; ++first) {
+      const Corners corners = corners_of(mesh, first);
       if (!can_be_hit(corners)) continue;
       const Float4 low = vector_min(corners.p0, vector_min(corners.p1, corners.p2)),
                    high = vector_max(corners.p0, vector_max(corners.p1, corners.p2));
       const float margin = meshes.margin_of({low[0], low[1], low[2]}, {high[0], high[1], high[2]});
       const Float4 widened_low = low - margin, widened_high = high + margin;
-      all_low = vector_min(widened_low, all_low);
-      all_high = vector_max(widened_high, all_high);
-      Reference& reference = out[chunk.place + chunk.count++];
       Int8 lanes = std::bit_cast<Int8>(__builtin_shufflevector(widened_low, widened_high, 0, 1, 2, 3, 4, 5, 6, 7));
-      lanes[3] = static_cast<int32_t>(chunk.geometry);
-      lanes[7] = static_cast<int32_t>(i);
-      store_vector(&reference, lanes);
+      lanes[3] = static_cast<int32_t>(geometry);
+      lanes[7] = static_cast<int32_t>(first);
+      store_vector(out++, lanes);
     }
-    if (chunk.count != 0)
-      chunk.bounds = {{all_low[0], all_low[1], all_low[2]}, {all_high[0], all_high[1], all_high[2]}};
-  });
-  // Closes the gaps left by triangles that cannot be hit.
-  for (const Chunk& chunk : chunks) {
-    if (chunk.place != references.count) copy_references(out + chunk.place, chunk.count, out + references.count);
-    references.count += chunk.count;
-    if (chunk.count != 0) bounds.extendBy(chunk.bounds);
+    references.advance_to(out);
   }
-  return references;
+}
+
+// Returns one reference per triangle that can be hit, in the order of primitives.
+ReferenceBlocks initial_references(const BuildMeshes& meshes, const BuildMonitor& monitor, BlockPool& pool) {
+  constexpr size_t kChunk = 8 * kBlockReferences;
+  struct Chunk {
+    uint32_t geometry;
+    size_t first, last; // triangles
+    ReferenceBlocks references;
+  };
+  std::vector<Chunk> chunks;
+  for (size_t g = 0; g < meshes.geometries.size(); ++g)
+    for (size_t first = 0, count = meshes.geometries[g].mesh.triangle_count(); first < count; first += kChunk)
+      chunks.push_back({static_cast<uint32_t>(g), first, std::min(count, first + kChunk), ReferenceBlocks(pool)});
+  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
+    Chunk& chunk = chunks[c];
+    if (!monitor.cancelled()) append_references(meshes, chunk.geometry, chunk.first, chunk.last, chunk.references);
+  });
+  ReferenceBlocks all(pool);
+  for (Chunk& chunk : chunks) all.append(std::move(chunk.references));
+  return all;
 }
 
 // Builds a tree of at most config.max_references(). Returns nothing if it had more references than
@@ -166,9 +219,13 @@ std::optional<BinaryTree> build_within(const Config& config, std::span<const Geo
   BuildMeshes meshes(geometries);
   meshes.extent_margin = kExtentTolerance;
   meshes.rounding_margin = 0x1p-22f; // two units of the last place
-  References references = initial_references(meshes, monitor, tree.bounds);
-  tree.triangle_count = references.count;
-  if (references.count == 0) return tree;
+  size_t triangles = 0;
+  for (const Geometry& geometry : geometries) triangles += geometry.mesh.triangle_count();
+  BlockPool pool(triangles);
+  ReferenceBlocks references = initial_references(meshes, monitor, pool);
+  tree.triangle_count = references.count();
+  if (tree.triangle_count == 0) return tree;
+  tree.bounds = references.space().box();
   const double area = half_area(tree.bounds);
   ReferenceCount count(limit);
   const BuildContext context{config,
@@ -178,10 +235,10 @@ std::optional<BinaryTree> build_within(const Config& config, std::span<const Geo
                              area > 0.0 ? 1.0 / area : 0.0,
                              &count,
                              static_cast<double>(tree.triangle_count)};
-  TopBuilder builder(context);
+  TopBuilder builder(context, pool);
   Cell cell;
   cell.box = tree.bounds;
-  cell.budget = std::max<uint64_t>(config.max_references(tree.triangle_count), references.count);
+  cell.budget = std::max<uint64_t>(config.max_references(tree.triangle_count), tree.triangle_count);
   cell.weight = static_cast<double>(tree.triangle_count);
   builder.build(cell, std::move(references), tree.root);
   if (count.exceeded()) return std::nullopt;

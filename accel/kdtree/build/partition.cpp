@@ -1,4 +1,4 @@
-// Branch-free partitioning of references, serial in place and parallel in chunks.
+// Branch-free partitioning of references: in place, to new lists, and of blocks in parallel.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/build/partition.h"
 
@@ -10,11 +10,12 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace kindling::accel::kd {
 namespace {
-
-constexpr size_t kChunkReferences = 16384; // fixed, so that results do not depend on the number of threads
 
 // The side of a reference: one member is 1, the others are 0.
 struct Sides {
@@ -128,71 +129,82 @@ HalfCounts partition_in_place(const BuildMeshes& meshes, Reference* references, 
   return {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
 }
 
-Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split) {
-  struct Chunk {
-    HalfCounts counts, first;
-    std::vector<Reference> left_parts, right_parts; // parts of split references
-  };
-  std::vector<Chunk> chunks((references.size() + kChunkReferences - 1) / kChunkReferences);
-  const auto chunk_of = [&](size_t c) {
-    return references.subspan(c * kChunkReferences,
-                              std::min(kChunkReferences, references.size() - c * kChunkReferences));
-  };
+Halves partition(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split) {
+  const size_t count = references.size();
+  Halves out{ReferenceBuffer(count + 1), ReferenceBuffer(count + 1), {}};
+  ReferenceBuffer cut(count + 1);
+  const Lists first = {out.left.data(), out.right.data(), cut.data()};
+  Lists end = deal(references.data(), count, split, first);
+  cut_all(meshes, {first.cut, end.cut}, split, end.left, end.right);
+  out.counts = {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
+  return out;
+}
 
-  // Counts what each chunk contributes to each child. Few of the many references here are split.
-  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
-    Chunk& chunk = chunks[c];
-    std::vector<Reference> cut;
-    chunk.counts = with_sides(split, [&](const auto side_of) {
-      HalfCounts counts;
-      for (const Reference& reference : chunk_of(c)) {
-        const Sides side = side_of(reference);
-        counts.left += side.left;
-        counts.right += side.right;
-        if (side.cut != 0) cut.push_back(reference);
-      }
-      return counts;
-    });
-    chunk.left_parts.resize(cut.size());
-    chunk.right_parts.resize(cut.size());
-    Reference *left_end = chunk.left_parts.data(), *right_end = chunk.right_parts.data();
-    cut_all(meshes, cut, split, left_end, right_end);
-    chunk.left_parts.resize(static_cast<size_t>(left_end - chunk.left_parts.data()));
-    chunk.right_parts.resize(static_cast<size_t>(right_end - chunk.right_parts.data()));
-    chunk.counts.left += chunk.left_parts.size();
-    chunk.counts.right += chunk.right_parts.size();
-  });
-  Halves out;
-  for (Chunk& chunk : chunks) {
-    chunk.first = out.counts;
-    out.counts.left += chunk.counts.left;
-    out.counts.right += chunk.counts.right;
+namespace {
+
+// The blocks first <= i < last.
+struct Group {
+  size_t first, last, count;
+};
+
+// Groups depend on the blocks alone, not on threads.
+std::vector<Group> groups_of(const ReferenceBlocks& references) {
+  constexpr size_t kGroupReferences = 16384;
+  std::vector<Group> groups;
+  const std::span<const std::span<Reference>> blocks = references.blocks();
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    if (groups.empty() || groups.back().count + blocks[i].size() > kGroupReferences) groups.push_back({i, i, 0});
+    groups.back().last = i + 1;
+    groups.back().count += blocks[i].size();
   }
-  out.left = ReferenceBuffer(out.counts.left);
-  out.right = ReferenceBuffer(out.counts.right);
+  return groups;
+}
 
-  // As deal(), but a full list leaves what is after it, which is another chunk's.
-  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
-    const Chunk& chunk = chunks[c];
-    Reference spare;
-    Reference* left = out.left.data() + chunk.first.left;
-    Reference* right = out.right.data() + chunk.first.right;
-    Reference* const left_end = left + (chunk.counts.left - chunk.left_parts.size());
-    Reference* const right_end = right + (chunk.counts.right - chunk.right_parts.size());
-    with_sides(split, [&](const auto side_of) {
-      for (const Reference& reference : chunk_of(c)) {
-        const auto lanes = load_vector<Int8>(&reference);
-        const Sides side = side_of(reference);
-        store_vector(left < left_end ? left : &spare, lanes);
-        store_vector(right < right_end ? right : &spare, lanes);
-        left += side.left;
-        right += side.right;
-      }
+// Appends to both lists by f(references, ends of both lists), as many at a time as fit into both.
+template <class F>
+void fill(std::span<const Reference> references, BlockHalves& out, const F& f) {
+  while (!references.empty()) {
+    const size_t fits = std::min({references.size(), out.left.room(), out.right.room()});
+    Reference *left = out.left.end(), *right = out.right.end();
+    f(references.first(fits), left, right);
+    out.left.advance_to(left);
+    out.right.advance_to(right);
+    references = references.subspan(fits);
+  }
+}
+
+BlockHalves partition_group(const BuildMeshes& meshes, ReferenceBlocks& references, const Group& group,
+                            const Split& split, BlockPool& pool) {
+  BlockHalves out{ReferenceBlocks(pool), ReferenceBlocks(pool)};
+  ReferenceBuffer cut(group.count + 1);
+  Reference* cut_end = cut.data();
+  for (size_t i = group.first; i < group.last; ++i) {
+    fill(references.blocks()[i], out, [&](std::span<const Reference> some, Reference*& left, Reference*& right) {
+      const Lists end = deal(some.data(), some.size(), split, {left, right, cut_end});
+      left = end.left;
+      right = end.right;
+      cut_end = end.cut;
     });
-    assert(left == left_end && right == right_end);
-    copy_references(chunk.left_parts.data(), chunk.left_parts.size(), left_end);
-    copy_references(chunk.right_parts.data(), chunk.right_parts.size(), right_end);
+    references.release(i);
+  }
+  fill({cut.data(), cut_end}, out, [&](std::span<const Reference> some, Reference*& left, Reference*& right) {
+    cut_all(meshes, some, split, left, right);
   });
+  return out;
+}
+
+} // namespace
+
+BlockHalves partition(const BuildMeshes& meshes, ReferenceBlocks references, const Split& split, BlockPool& pool) {
+  const std::vector<Group> groups = groups_of(references);
+  std::vector<std::optional<BlockHalves>> parts(groups.size());
+  tbb::parallel_for(size_t{0}, groups.size(),
+                    [&](size_t g) { parts[g].emplace(partition_group(meshes, references, groups[g], split, pool)); });
+  BlockHalves out{ReferenceBlocks(pool), ReferenceBlocks(pool)};
+  for (std::optional<BlockHalves>& part : parts) {
+    out.left.append(std::move(part->left));
+    out.right.append(std::move(part->right));
+  }
   return out;
 }
 

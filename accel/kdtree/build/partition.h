@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/build/reference.h"
+#include "accel/kdtree/build/reference_blocks.h"
 #include "accel/kdtree/build/split.h"
 
 #include <cstring>
@@ -49,9 +50,16 @@ struct Halves {
   HalfCounts counts;
 };
 
-// Partitions many references in parallel. Each chunk of fixed size is ordered as above, so that the
-// result does not depend on the number of threads.
-[[nodiscard]] Halves partition_in_chunks(const BuildMeshes& meshes, std::span<const Reference> references,
-                                         const Split& split);
+// Partitions on one thread, to new lists. Their order is that of partition_in_place().
+[[nodiscard]] Halves partition(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split);
+
+struct BlockHalves {
+  ReferenceBlocks left, right;
+};
+
+// Partitions many references in parallel, and returns their blocks to the pool. Each group of
+// blocks is ordered as above, so that the result does not depend on the number of threads.
+[[nodiscard]] BlockHalves partition(const BuildMeshes& meshes, ReferenceBlocks references, const Split& split,
+                                    BlockPool& pool);
 
 } // namespace kindling::accel::kd

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/kdtree/build/reference.h"
+#include "accel/kdtree/build/reference_blocks.h"
 #include "accel/kdtree/config.h"
 
 #include <ImathBox.h>
@@ -115,6 +116,10 @@ inline constexpr float kMinExtent = 1e-30f;
 // be off by the few references that rounding puts into the wrong bin.
 [[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
                                                      std::span<const Reference> references, SplitScratch& scratch);
+
+// Likewise, of more references than Config::refine_below.
+[[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
+                                                     const ReferenceBlocks& references);
 
 // Tries the planes off the flat references at the ends of the occupied space, in a node that would
 // be a leaf. The cost counts the boxes of what is on both sides, not the cells. `rays`: triangles

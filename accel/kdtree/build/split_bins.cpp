@@ -4,6 +4,7 @@
 // tracing of dynamic scenes", 2007.
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/build/lane_costs.h"
+#include "accel/kdtree/build/occupied_space.h"
 #include "accel/kdtree/build/split.h"
 #include "accel/vectors.h"
 
@@ -14,11 +15,12 @@
 #include <bit>
 #include <cassert>
 #include <limits>
+#include <vector>
 
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kChunk = 16384; // fixed, so that results do not depend on the number of threads
+constexpr size_t kRun = 16384; // references that one thread counts
 // Bins of at least twice this many references count a sample of at least this many.
 constexpr size_t kSample = 1024;
 // If the best plane of a sample costs more than this fraction of a leaf, all references are
@@ -32,11 +34,6 @@ constexpr std::array<size_t, 6> kBoundLanes = {0, 1, 2, 4, 5, 6};
 uint32_t bins_for(size_t count) {
   return std::clamp(static_cast<uint32_t>(std::bit_floor(count / 16)), kMinBins, kMaxBins);
 }
-
-struct Occupied {
-  Float8 min_bound = splat(std::numeric_limits<float>::max());
-  Float8 max_bound = splat(std::numeric_limits<float>::lowest());
-};
 
 // The bins of the axes; every axis twice, for starts and ends.
 struct Binning {
@@ -54,69 +51,70 @@ Float8 bounds_of(const Reference& reference) {
   return std::bit_cast<Float8>(load_vector<Int8>(&reference) & kBounds);
 }
 
-Occupied occupied(std::span<const Reference> references) {
-  Occupied all;
-  for (const Reference& reference : references) {
-    const Float8 bounds = bounds_of(reference);
-    all.min_bound = vector_min(bounds, all.min_bound);
-    all.max_bound = vector_max(bounds, all.max_bound);
-  }
-  return all;
-}
+// References in one or more runs.
+using Runs = std::span<const std::span<const Reference>>;
 
-// Counts every stride-th reference.
-void count_bins(std::span<const Reference> references, size_t stride, const Binning& binning, Histogram& histogram) {
-  for (std::array<uint32_t, kMaxBins>& lane : histogram) std::fill_n(lane.begin(), binning.bins, 0U);
-  const Float8 last = splat(static_cast<float>(binning.bins - 1));
-  // One of each `stride` neighbors, in no pattern that a mesh might have too.
-  uint32_t random = 0;
-  for (size_t i = 0; i < references.size(); i += stride) {
-    random += 0x9e3779b1U;
-    const size_t at = std::min(i + (uint64_t{random} * stride >> 32), references.size() - 1);
-    const Float8 place = (bounds_of(references[at]) - binning.low) * binning.scale;
-    const Int8 bin = __builtin_convertvector(vector_min(vector_max(place, Float8{}), last), Int8);
+// Counts the bins of references that are added.
+class BinCounter {
+ public:
+  BinCounter(const Binning& binning, Histogram& histogram)
+      : binning_(binning), last_(splat(static_cast<float>(binning.bins - 1))), histogram_(histogram) {
+    for (std::array<uint32_t, kMaxBins>& lane : histogram_) std::fill_n(lane.begin(), binning.bins, 0U);
+  }
+  void add(const Reference& reference) {
+    const Float8 place = (bounds_of(reference) - binning_.low) * binning_.scale;
+    const Int8 bin = __builtin_convertvector(vector_min(vector_max(place, Float8{}), last_), Int8);
     alignas(32) std::array<uint32_t, 8> bins;
     store_vector(bins.data(), bin);
-    for (const size_t lane : kBoundLanes) ++histogram[lane][bins[lane]];
+    for (const size_t lane : kBoundLanes) ++histogram_[lane][bins[lane]];
   }
+
+ private:
+  const Binning& binning_;
+  Float8 last_;
+  Histogram& histogram_;
+};
+
+// Counts one of each `stride` neighbors, in no pattern that a mesh might have too. Returns how many.
+size_t count_sample(Runs runs, size_t count, size_t stride, const Binning& binning, Histogram& histogram) {
+  BinCounter counter(binning, histogram);
+  uint32_t random = 0;
+  size_t counted = 0, run = 0, run_first = 0;
+  for (size_t i = 0; i < count; i += stride) {
+    random += 0x9e3779b1U;
+    const size_t at = std::min(i + (uint64_t{random} * stride >> 32), count - 1);
+    while (at - run_first >= runs[run].size()) run_first += runs[run++].size();
+    counter.add(runs[run][at - run_first]);
+    ++counted;
+  }
+  return counted;
 }
 
-// Calls f(chunk number, references of the chunk) for all chunks, in parallel if there are several.
-template <class F>
-void for_each_chunk(std::span<const Reference> references, size_t chunks, const F& f) {
-  const auto run = [&](size_t c) {
-    f(c, references.subspan(c * kChunk, std::min(kChunk, references.size() - c * kChunk)));
-  };
-  if (chunks == 1) {
-    run(0);
-  } else {
-    tbb::parallel_for(size_t{0}, chunks, run);
-  }
+void count_run(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
+  BinCounter counter(binning, histogram);
+  for (const Reference& reference : references) counter.add(reference);
 }
 
-Occupied occupied_in_chunks(std::span<const Reference> references, size_t chunks) {
-  std::vector<Occupied> parts(chunks);
-  for_each_chunk(references, chunks, [&](size_t c, std::span<const Reference> part) { parts[c] = occupied(part); });
-  Occupied all;
-  for (const Occupied& part : parts) {
-    all.min_bound = vector_min(part.min_bound, all.min_bound);
-    all.max_bound = vector_max(part.max_bound, all.max_bound);
-  }
+// Counts all references, in parallel if there are several runs.
+void count_all(Runs runs, const Binning& binning, Histogram& histogram) {
+  if (runs.size() == 1) return count_run(runs[0], binning, histogram);
+  std::vector<Histogram> parts(runs.size());
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) { count_run(runs[r], binning, parts[r]); });
+  histogram = parts[0];
+  for (size_t r = 1; r < runs.size(); ++r)
+    for (size_t lane = 0; lane < histogram.size(); ++lane)
+      for (uint32_t i = 0; i < binning.bins; ++i) histogram[lane][i] += parts[r][lane][i];
+}
+
+OccupiedSpace occupied_in_parallel(Runs runs) {
+  std::vector<OccupiedSpace> parts(runs.size());
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) { parts[r].extend(runs[r]); });
+  OccupiedSpace all;
+  for (const OccupiedSpace& part : parts) all.extend(part);
   return all;
 }
 
-void count_in_chunks(std::span<const Reference> references, size_t chunks, size_t stride, const Binning& binning,
-                     Histogram& histogram) {
-  std::vector<Histogram> parts(chunks);
-  for_each_chunk(references, chunks,
-                 [&](size_t c, std::span<const Reference> part) { count_bins(part, stride, binning, parts[c]); });
-  histogram = parts[0];
-  for (size_t c = 1; c < chunks; ++c)
-    for (size_t lane = 0; lane < histogram.size(); ++lane)
-      for (uint32_t i = 0; i < binning.bins; ++i) histogram[lane][i] += parts[c][lane][i];
-}
-
-Binning make_binning(const Occupied& all, uint32_t bins) {
+Binning make_binning(const OccupiedSpace& all, uint32_t bins) {
   Binning binning;
   binning.bins = bins;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -167,36 +165,33 @@ void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogr
   }
 }
 
-// Returns the best borders, of every stride-th reference.
-LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, std::span<const Reference> references,
-                     size_t chunks, const Binning& binning, size_t stride) {
+// Returns the best borders, by one of each `stride` references.
+LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, Runs runs, size_t count, const Binning& binning,
+                     size_t stride) {
   Histogram histogram;
-  if (chunks == 1) {
-    count_bins(references, stride, binning, histogram);
+  size_t counted = count;
+  if (stride > 1) {
+    counted = count_sample(runs, count, stride, binning, histogram);
   } else {
-    count_in_chunks(references, chunks, stride, binning, histogram);
+    count_all(runs, binning, histogram);
   }
-  size_t counted = 0;
-  for (uint32_t i = 0; i < binning.bins; ++i) counted += histogram[kStartLane][i];
   LaneBest best;
   for (size_t axis = 0; axis < 3; ++axis) {
     if (binning.scale[axis] == 0.0f) continue;
     const LaneCosts costs(model.config(), box, model.area(), static_cast<int>(axis));
-    sweep_borders(costs, binning, histogram, axis, references.size(), counted, best);
+    sweep_borders(costs, binning, histogram, axis, count, counted, best);
   }
   return best;
 }
 
-} // namespace
-
-std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                       std::span<const Reference> references, SplitScratch& scratch) {
-  assert(!references.empty());
+// The best border or end of the occupied space. refine(axis, low, high, best) may replace `best` by a
+// cheaper plane between the neighbors of the best border; returns false if it does not try.
+template <class Refine>
+std::optional<Split> best_split_of(const Config& config, const Imath::Box3f& box, Runs runs, size_t count,
+                                   const OccupiedSpace& all, const Refine& refine) {
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
-  const size_t count = references.size(), chunks = (count + kChunk - 1) / kChunk;
-  const Occupied all = chunks == 1 ? occupied(references) : occupied_in_chunks(references, chunks);
   const Binning binning = make_binning(all, bins_for(count));
   for (size_t k = 0; k < 3; ++k) {
     const int axis = static_cast<int>(k);
@@ -209,12 +204,12 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
     offer(all.max_bound[kEndLane + k], count, 0);
   }
   const size_t stride = std::max<size_t>(1, count / kSample);
-  LaneBest at_borders = try_borders(model, box, references, chunks, binning, stride);
+  LaneBest at_borders = try_borders(model, box, runs, count, binning, stride);
   size_t lane = at_borders.lane();
   bool sampled = stride > 1;
   const auto cost_at = [&] { return config.traversal_cost + static_cast<double>(at_borders.cost[lane]); };
   if (sampled && !(cost_at() < kClearGain * model.leaf_cost(count))) {
-    at_borders = try_borders(model, box, references, chunks, binning, 1);
+    at_borders = try_borders(model, box, runs, count, binning, 1);
     lane = at_borders.lane();
     sampled = false;
   }
@@ -222,16 +217,42 @@ std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f&
   const int32_t choice = at_borders.choice[lane];
   const Split border{cost_at(), at_borders.position[lane], choice / kAxis, choice % kBorder == kPlanarLeft};
   if (!sampled) best = border;
-  if (count <= config.refine_below) {
-    const auto i = static_cast<uint32_t>(choice % kAxis / kBorder);
-    const auto axis = static_cast<size_t>(border.axis);
-    refine_split(config, box, references, border.axis, binning.border(axis, i - 1), binning.border(axis, i + 1),
-                 scratch, best);
-    if (!best) best = border;
-  } else {
-    best = border;
-  }
+  const auto i = static_cast<uint32_t>(choice % kAxis / kBorder);
+  const auto axis = static_cast<size_t>(border.axis);
+  const bool refined = refine(border.axis, binning.border(axis, i - 1), binning.border(axis, i + 1), best);
+  if (!refined || !best) best = border;
   return best;
+}
+
+} // namespace
+
+std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
+                                       std::span<const Reference> references, SplitScratch& scratch) {
+  assert(!references.empty());
+  const size_t count = references.size();
+  const auto best_of = [&](Runs runs, const OccupiedSpace& all) {
+    return best_split_of(config, box, runs, count, all,
+                         [&](int axis, float low, float high, std::optional<Split>& best) {
+                           if (count > config.refine_below) return false;
+                           refine_split(config, box, references, axis, low, high, scratch, best);
+                           return true;
+                         });
+  };
+  if (count <= kRun) {
+    OccupiedSpace all;
+    all.extend(references);
+    return best_of({&references, 1}, all);
+  }
+  std::vector<std::span<const Reference>> runs;
+  for (size_t first = 0; first < count; first += kRun)
+    runs.push_back(references.subspan(first, std::min(kRun, count - first)));
+  return best_of(runs, occupied_in_parallel(runs));
+}
+
+std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
+                                       const ReferenceBlocks& references) {
+  return best_split_of(config, box, references.runs(), references.count(), references.space(),
+                       [](int, float, float, const std::optional<Split>&) { return false; });
 }
 
 } // namespace kindling::accel::kd

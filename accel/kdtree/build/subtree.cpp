@@ -6,6 +6,8 @@
 #include "accel/kdtree/build/subtree.h"
 
 #include "accel/kdtree/box_cuts.h"
+#include "accel/kdtree/build/find_split.h"
+#include "accel/kdtree/build/occupied_space.h"
 #include "accel/vectors.h"
 
 #include <algorithm>
@@ -31,34 +33,6 @@ void Cell::divide(const Split& split, const HalfCounts& counts, Cell& left, Cell
 }
 
 namespace {
-
-// Returns the best plane beside references that all have the bounds of the first. Nothing separates
-// them, so that other planes only multiply them.
-std::optional<Split> best_split_beside(const CostModel& model, const Imath::Box3f& box,
-                                       std::span<const Reference> references) {
-  std::optional<Split> best;
-  if (!model.splittable()) return best;
-  const auto offer = [&](int axis, float position, size_t left, size_t right) {
-    if (!(position > box.min[axis] && position < box.max[axis])) return;
-    const double cost = model.split_cost(axis, position, left, right);
-    if (!best || cost < best->cost) best = Split{cost, position, axis, left != 0};
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    offer(axis, references[0].min[axis], 0, references.size());
-    offer(axis, references[0].max[axis], references.size(), 0);
-  }
-  return best;
-}
-
-Imath::Box3f bounds_of(std::span<const Reference> references) {
-  constexpr float kMax = std::numeric_limits<float>::max();
-  Float4 low = {kMax, kMax, kMax, kMax}, high = -low; // the last lanes are ids and not needed
-  for (const Reference& reference : references) {
-    low = vector_min(load_vector<Float4>(&reference), low);
-    high = vector_max(load_vector<Float4>(&reference.max), high);
-  }
-  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-}
 
 LeafReference id_of(const Reference& reference) { return {reference.geometry, reference.triangle}; }
 // Signed, since comparing unsigned vectors takes longer; there are fewer than 2^31 geometries.
@@ -102,38 +76,7 @@ void append_ids(const BinaryNode& node, std::vector<LeafReference>& ids) {
   }
 }
 
-bool have_same_bounds(std::span<const Reference> references) {
-  return std::all_of(references.begin(), references.end(), [&](const Reference& reference) {
-    return reference.min == references[0].min && reference.max == references[0].max;
-  });
-}
-
 } // namespace
-
-std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
-                                std::span<const Reference> references, SplitScratch& scratch) {
-  constexpr size_t kMinCoincident = 1024;        // fewer are split as any others
-  constexpr size_t kMaxSorted = size_t{1} << 20; // sorting more would take seconds, on one thread
-  const size_t count = references.size();
-  const double leaf_cost = model.leaf_cost(count);
-  std::optional<Split> split;
-  if (count >= kMinCoincident && have_same_bounds(references)) {
-    split = best_split_beside(model, box, references);
-    if (split && split->cost >= leaf_cost) split.reset();
-    return split;
-  }
-  if (count <= std::min<size_t>(kMaxCounted, config.exact_below)) {
-    split = best_split_counted(config, box, references, leaf_cost);
-  } else {
-    if (count > config.exact_below) split = best_split_binned(config, box, references, scratch);
-    // The binned search finds nothing if all bounds fall into one bin; for few references that is
-    // no loss.
-    if (count > kMaxCounted && count <= kMaxSorted && (!split || split->cost >= leaf_cost))
-      split = best_split_sorted(config, box, references, scratch);
-  }
-  if (split && split->cost >= leaf_cost) split.reset();
-  return split;
-}
 
 BinaryNode* SubtreeBuilder::new_pair() {
   BinaryNode* pair = arena_.nodes.allocate(2);
@@ -159,7 +102,9 @@ double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell,
   LeafReference* own = arena_.references.allocate(references.size());
   // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
   write_sorted(references, own);
-  make_leaf(context, cell.weight, {own, references.size()}, bounds_of(references), node);
+  OccupiedSpace space;
+  space.extend(references);
+  make_leaf(context, cell.weight, {own, references.size()}, space.box(), node);
   return CostModel(context.config, cell.box).leaf_cost(references.size());
 }
 

@@ -1,4 +1,4 @@
-// Builds a subtree of the kd-tree on one thread, and the split logic shared with the top builder.
+// Builds a subtree of the kd-tree on one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,10 +55,6 @@ struct Cell {
   // Sets up both children: budget and progress are divided in proportion to their references.
   void divide(const Split& split, const HalfCounts& counts, Cell& left, Cell& right) const;
 };
-
-// Returns nullopt if a leaf is cheaper than the best split.
-[[nodiscard]] std::optional<Split> find_split(const Config& config, const CostModel& model, const Imath::Box3f& box,
-                                              std::span<const Reference> references, SplitScratch& scratch);
 
 inline constexpr size_t kMaxSubtreeReferences = 16384;
 

@@ -5,6 +5,7 @@
 #include "accel/kdtree/deforming/moving_build.h"
 
 #include "accel/kdtree/box_cuts.h"
+#include "accel/kdtree/build/find_split.h"
 #include "accel/kdtree/build/subtree.h"
 
 #include <tbb/enumerable_thread_specific.h>
