@@ -48,15 +48,18 @@ struct LaneBounds {
 struct AxisBounds {
   float low, high; // ends of the occupied space
   float min_cost;  // see LaneCosts
+  bool planars;    // some reference lies in a plane across this axis
 
   AxisBounds(const LaneBounds& bounds, size_t axis, const LaneCosts& costs) {
     const Float8 size = splat(costs.box_high - costs.box_low);
     Float8 all_low = load_vector<Float8>(bounds.low[axis]), all_high = load_vector<Float8>(bounds.high[axis]), sum{};
+    Int8 flat{};
     const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
     for (size_t i = 0; i < bounds.count; i += 8) {
       const auto starts = load_vector<Float8>(bounds.low[axis] + i), ends = load_vector<Float8>(bounds.high[axis] + i);
       all_low = vector_min(starts, all_low);
       all_high = vector_max(ends, all_high);
+      flat |= starts == ends;
       const Float8 extent = vector_min(vector_min(ends - costs.box_low, costs.box_high - starts), size);
       sum += (lanes < static_cast<int32_t>(bounds.count - i)) ? extent : Float8{};
     }
@@ -69,51 +72,21 @@ struct AxisBounds {
       total += sum[i];
     }
     min_cost = costs.min_cost(bounds.count, total);
+    planars = sign_bits(flat) != 0;
   }
 };
 
-struct Planes {
-  alignas(32) float position[2 * kMaxCounted + 16];
-  size_t count = 0;
-  bool planars = false; // some reference lies in a plane across this axis
-};
-
-// Collects all bounds strictly inside the box, padded to a multiple of 16 by repeating the last.
-// Triangles of a mesh share vertices, so their bounds coincide: a small hash table drops recent
-// duplicates.
-void collect_planes(const LaneBounds& bounds, int axis, float box_low, float box_high, Planes& planes) {
-  constexpr uint32_t kSlotBits = 7;
-  std::array<uint32_t, 1U << kSlotBits> seen;
-  std::memset(seen.data(), 0xff, sizeof(seen)); // a NaN pattern
-  size_t count = 0;
-  bool planars = false;
-  const auto offer = [&](float position) {
-    const auto bits = std::bit_cast<uint32_t>(position);
-    uint32_t& slot = seen[(bits * 0x9e3779b1U) >> (32 - kSlotBits)];
-    planes.position[count] = position;
-    count += (position > box_low) & (position < box_high) & (slot != bits) ? 1 : 0;
-    slot = bits;
-  };
-  for (size_t i = 0; i < bounds.count; ++i) {
-    const float low = bounds.low[axis][i], high = bounds.high[axis][i];
-    offer(low);
-    offer(high);
-    planars |= low == high;
-  }
-  planes.planars = planars;
-  planes.count = (count + 15) / 16 * 16;
-  if (count != 0) std::fill(planes.position + count, planes.position + planes.count, planes.position[count - 1]);
-}
-
+// Tries all bounds as planes, of eight references at a time, and counts the references on both sides.
+// Most of them differ, lie inside the box and cost nothing to find, so that none are left out before.
 template <bool kPlanars>
-void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const LaneCosts& costs, LaneBest& best) {
+void count_sides(const LaneBounds& bounds, int axis, const LaneCosts& costs, LaneBest& best) {
+  const float *lows = bounds.low[axis], *highs = bounds.high[axis];
   const auto count = static_cast<int32_t>(bounds.count);
-  for (size_t first = 0; first < planes.count; first += 16) {
-    const auto p0 = load_vector<Float8>(planes.position + first);
-    const auto p1 = load_vector<Float8>(planes.position + first + 8);
+  for (size_t first = 0; first < bounds.count; first += 8) {
+    const auto p0 = load_vector<Float8>(lows + first), p1 = load_vector<Float8>(highs + first);
     Int8 left0{}, left1{}, right0{}, right1{}, both0{}, both1{}; // negated counts
     for (size_t i = 0; i < bounds.count; ++i) {
-      const Float8 low = splat(bounds.low[axis][i]), high = splat(bounds.high[axis][i]);
+      const Float8 low = splat(lows[i]), high = splat(highs[i]);
       const Int8 l0 = low<p0, l1 = low<p1, r0 = high> p0, r1 = high> p1;
       left0 += l0;
       left1 += l1;
@@ -125,12 +98,17 @@ void count_sides(const LaneBounds& bounds, int axis, const Planes& planes, const
       }
     }
     const auto offer = [&](Float8 position, Int8 left, Int8 right, Int8 both) {
+      const Int8 in_box = (position > costs.box_low) & (position < costs.box_high);
+      const auto offer_plane = [&](Int8 on_left, Int8 on_right, int choice) {
+        const Float8 cost = costs(position, on_left, on_right);
+        best.offer(in_box ? cost : splat(std::numeric_limits<float>::infinity()), position, Int8{} + choice);
+      };
       if constexpr (kPlanars) {
         const Int8 inside = count - (left + right - both); // references in the plane
-        best.offer(costs(position, left, right + inside), position, Int8{} + 2 * axis);
-        best.offer(costs(position, left + inside, right), position, Int8{} + (2 * axis + 1));
+        offer_plane(left, right + inside, 2 * axis);
+        offer_plane(left + inside, right, 2 * axis + 1);
       } else {
-        best.offer(costs(position, left, right), position, Int8{} + 2 * axis);
+        offer_plane(left, right, 2 * axis);
       }
     };
     offer(p0, -left0, -right0, -both0);
@@ -148,7 +126,6 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
   const LaneBounds bounds(references);
   const auto count = static_cast<int32_t>(references.size());
   LaneBest best;
-  Planes planes;
   auto worth = static_cast<float>(limit - config.traversal_cost); // no plane that costs more is wanted
   for (int axis = 0; axis < 3; ++axis) {
     if (!(box.max[axis] - box.min[axis] > kMinExtent)) continue;
@@ -164,10 +141,7 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
       best.offer(cost, ends, kPlanarLeft + 2 * axis);
       continue;
     }
-    collect_planes(bounds, axis, box.min[axis], box.max[axis], planes);
-    if (planes.count == 0) continue;
-    planes.planars ? count_sides<true>(bounds, axis, planes, costs, best)
-                   : count_sides<false>(bounds, axis, planes, costs, best);
+    known.planars ? count_sides<true>(bounds, axis, costs, best) : count_sides<false>(bounds, axis, costs, best);
     worth = std::min(worth, best.cost[best.lane()]);
   }
   const size_t lane = best.lane();
