@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/kdtree/build/partition.h"
 
+#include "accel/kdtree/build/bounds_across.h"
 #include "accel/kdtree/build/clipping.h"
 #include "accel/vectors.h"
 
@@ -9,62 +10,102 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
+#include <cstddef>
+#include <limits>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace kindling::accel::kd {
 namespace {
 
-// The side of a reference: one member is 1, the others are 0.
-struct Sides {
-  size_t left, right, cut;
-};
-// Finds sides by arithmetic, since no branch on them could be predicted.
-template <bool kPlanarLeft>
-class SideFinder {
- public:
-  explicit SideFinder(const Split& split) : axis_(static_cast<size_t>(split.axis)), position_(split.position) {}
-
-  [[nodiscard]] Sides operator()(const Reference& reference) const {
-    const float* bounds = &reference.min.x;
-    const size_t ends_below = bounds[axis_ + 4] <= position_ ? 1 : 0, starts_above = bounds[axis_] >= position_ ? 1 : 0;
-    const size_t left = kPlanarLeft ? ends_below : ends_below & ~starts_above,
-                 right = kPlanarLeft ? starts_above & ~ends_below : starts_above;
-    return {left, right, 1 - left - right};
-  }
-
- private:
-  size_t axis_;
-  float position_;
-};
-// Calls f(side finder) for a split.
-template <class F>
-auto with_sides(const Split& split, const F& f) {
-  return split.planar_left ? f(SideFinder<true>(split)) : f(SideFinder<false>(split));
-}
-
-// Writes each reference to the end of all three lists and advances only its own, so that there are
-// no branches; the next reference overwrites the others.
+// Ends of the lists that references are dealt to.
 struct Lists {
   Reference *left, *right, *cut;
 };
-Lists deal(const Reference* references, size_t count, const Split& split, Lists lists) {
-  return with_sides(split, [=](const auto side_of) {
-    Lists end = lists;
-    for (size_t i = 0; i < count; ++i) {
+
+// Finds sides by arithmetic, since no branch on them could be predicted.
+template <size_t kAxis, bool kPlanarLeft>
+class Dealer {
+ public:
+  explicit Dealer(float position)
+      : position_{position, position, position, position, -position, -position, -position, -position} {}
+
+  // Writes each reference to the end of all three lists and advances only its own, so that there
+  // are no branches; the next reference overwrites the others. A list may begin where the
+  // references do.
+  [[nodiscard]] Lists deal(const Reference* references, size_t count, Lists end) const {
+    size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+      const std::array<Int8, 4> four = {load_vector<Int8>(references + i), load_vector<Int8>(references + i + 1),
+                                        load_vector<Int8>(references + i + 2), load_vector<Int8>(references + i + 3)};
+      const Sides sides = sides_of(four);
+      append(four, sides.left, end.left);
+      append(four, sides.right, end.right);
+      append(four, ~(sides.left | sides.right) & 15U, end.cut);
+    }
+    for (; i < count; ++i) {
       const auto lanes = load_vector<Int8>(references + i);
-      const Sides side = side_of(references[i]);
+      const Sides sides = sides_of({lanes, lanes, lanes, lanes});
       store_vector(end.left, lanes);
       store_vector(end.right, lanes);
       store_vector(end.cut, lanes);
-      end.left += side.left;
-      end.right += side.right;
-      end.cut += side.cut;
+      end.left += sides.left & 1U;
+      end.right += sides.right & 1U;
+      end.cut += ~(sides.left | sides.right) & 1U;
     }
     return end;
-  });
+  }
+
+ private:
+  // A bit for each of four references.
+  struct Sides {
+    uint32_t left, right;
+  };
+  [[nodiscard]] Sides sides_of(const std::array<Int8, 4>& four) const {
+    const auto floats = [](Int8 lanes) { return std::bit_cast<Float8>(lanes); };
+    constexpr int32_t kSign = std::numeric_limits<int32_t>::min();
+    constexpr Int8 kNegateEnds = {0, 0, 0, 0, kSign, kSign, kSign, kSign};
+    const Float8 bounds = bounds_across<kAxis>(floats(four[0]), floats(four[1]), floats(four[2]), floats(four[3]));
+    const Float8 starts_and_ends = std::bit_cast<Float8>(std::bit_cast<Int8>(bounds) ^ kNegateEnds);
+    const uint32_t beside = sign_bits(starts_and_ends >= position_), starts_above = beside & 15U,
+                   ends_below = beside >> 4;
+    return {kPlanarLeft ? ends_below : ends_below & ~starts_above,
+            kPlanarLeft ? starts_above & ~ends_below : starts_above};
+  }
+
+  // For each set of four references, how far the end of a list is after each of them, in bytes.
+  static constexpr std::array<std::array<uint8_t, 4>, 16> kAdvance = [] {
+    std::array<std::array<uint8_t, 4>, 16> advance{};
+    for (uint32_t set = 0; set < 16; ++set)
+      for (uint32_t i = 0; i < 4; ++i)
+        advance[set][i] = static_cast<uint8_t>(std::popcount(set & ((2U << i) - 1)) * sizeof(Reference));
+    return advance;
+  }();
+  static void append(const std::array<Int8, 4>& four, uint32_t set, Reference*& end) {
+    const std::array<uint8_t, 4>& advance = kAdvance[set];
+    auto* const first = reinterpret_cast<std::byte*>(end);
+    store_vector(first, four[0]);
+    for (size_t i = 1; i < 4; ++i) store_vector(first + advance[i - 1], four[i]);
+    end = reinterpret_cast<Reference*>(first + advance[3]);
+  }
+
+  Float8 position_; // negated for ends
+};
+
+Lists deal(const Reference* references, size_t count, const Split& split, const Lists& lists) {
+  const auto across = [&]<size_t kAxis>(std::integral_constant<size_t, kAxis>) {
+    return split.planar_left ? Dealer<kAxis, true>(split.position).deal(references, count, lists)
+                             : Dealer<kAxis, false>(split.position).deal(references, count, lists);
+  };
+  switch (split.axis) {
+  case 0: return across(std::integral_constant<size_t, 0>());
+  case 1: return across(std::integral_constant<size_t, 1>());
+  default: return across(std::integral_constant<size_t, 2>());
+  }
 }
 
 void copy_reference(const Reference& from, Reference* to) { store_vector(to, load_vector<Int8>(&from)); }

@@ -4,6 +4,7 @@
 // Departure: bounds are sorted again at every node, as plain floats, which is cheap for a few
 // thousand references.
 // SPDX-License-Identifier: Apache-2.0
+#include "accel/kdtree/build/bounds_across.h"
 #include "accel/kdtree/build/lane_costs.h"
 #include "accel/kdtree/build/split.h"
 #include "accel/vectors.h"
@@ -139,12 +140,9 @@ class RangeSearch {
   // Adds the references with a lane in `valid`.
   [[gnu::always_inline]] void add(const Reference& a, const Reference& b, const Reference& c, const Reference& d,
                                   Int8 valid) {
-    constexpr int k = static_cast<int>(kAxis);
-    const auto ra = load_vector<Float8>(&a), rb = load_vector<Float8>(&b), rc = load_vector<Float8>(&c),
-               rd = load_vector<Float8>(&d);
-    const Float8 ab = __builtin_shufflevector(ra, rb, k, k, k + 8, k + 8, k + 4, k + 4, k + 12, k + 12),
-                 cd = __builtin_shufflevector(rc, rd, k, k, k + 8, k + 8, k + 4, k + 4, k + 12, k + 12);
-    const Float8 bounds = __builtin_shufflevector(ab, cd, 0, 2, 8, 10, 4, 6, 12, 14); // starts, then ends
+    const Float8 bounds =
+        bounds_across<kAxis>(load_vector<Float8>(&a), load_vector<Float8>(&b), load_vector<Float8>(&c),
+                             load_vector<Float8>(&d)); // starts, then ends
     const Int8 is_below = (bounds < low_) & valid, is_above = (bounds > high_) & valid;
     below_ += is_below;
     above_ += is_above;
