@@ -31,7 +31,8 @@ void BlockPool::give_back(Reference* block) {
 }
 
 void BlockPool::grow(size_t blocks) {
-  Reference* const first = memory_.emplace_back(std::make_unique_for_overwrite<Reference[]>(blocks * kStride)).get();
+  AlignedArray<std::byte>& memory = memory_.emplace_back(blocks * kStride * sizeof(Reference));
+  auto* const first = reinterpret_cast<Reference*>(memory.data());
   for (size_t i = blocks; i-- > 0;) free_.push_back(first + i * kStride);
 }
 

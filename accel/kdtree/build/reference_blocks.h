@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/aligned_array.h"
 #include "accel/kdtree/build/occupied_space.h"
 #include "accel/kdtree/build/reference.h"
 
-#include <memory>
+#include <cstddef>
 #include <mutex>
 #include <span>
 #include <utility>
@@ -32,7 +33,7 @@ class BlockPool {
   void grow(size_t blocks);
 
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Reference[]>> memory_;
+  std::vector<AlignedArray<std::byte>> memory_;
   std::vector<Reference*> free_;
 };
 
