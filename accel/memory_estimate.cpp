@@ -16,9 +16,8 @@ MemoryCosts memory_costs(Kind kind) {
   case Kind::brute_force: return {8, 80, 8, 80};
   // Finished: leaf blocks and nodes for three references per triangle, which the build ensures
   // (Config::expected_references()); a reference takes 21 bytes, up to 46 if it shares no vertex.
-  // During the build: references of 32 bytes, twice at the top of the tree, and the binary tree. An
-  // instance has 64 bytes, plus a node of 256 bytes for about six of them; during the build also a
-  // box and index arrays.
+  // During the build: references of 32 bytes, and the binary tree. An instance has 64 bytes, plus a
+  // node of 256 bytes for about six of them; during the build also a box and index arrays.
   case Kind::kdtree: return {64, 116, 168, 190, 40, 110};
   // Leaves hold up to four triangles with their vertices. Each instance is an object with a matrix
   // and its inverse. Embree 4.3 takes half as much more for it as Embree 3.13.

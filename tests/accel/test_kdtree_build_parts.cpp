@@ -390,33 +390,91 @@ TEST(Partition, AssignsReferencesToTheirSides) {
   }
 }
 
-// Lists, lists in place and a single group of blocks have the same order; sampled searches depend on
-// it.
-TEST(Partition, AllKindsMatch) {
+// Lists in place and a single group of blocks have the same order; sampled searches depend on it.
+TEST(Partition, BlocksMatchListsInPlace) {
   Rng rng(113);
-  const References references(rng, 9000); // five blocks, one group
+  const References references(rng, 9001); // five blocks, one group, not in fours
   const size_t count = references.all.size();
-  for (const float position : {0.2f, 0.5f, 0.9f})
-    for (const bool left_in_place : {false, true}) {
-      const Split split{0.0, position, 0, true};
-      Halves halves = partition(references.geometries, references.all, split);
-      BlockPool pool(count);
-      const BlockHalves blocks = partition(references.geometries, in_blocks(references.all, pool), split, pool);
-      ASSERT_EQ(blocks.left.count(), halves.counts.left);
-      ASSERT_EQ(blocks.right.count(), halves.counts.right);
-      EXPECT_TRUE(same_bits(in_one_list(blocks.left).data(), halves.left.data(), halves.counts.left));
-      EXPECT_TRUE(same_bits(in_one_list(blocks.right).data(), halves.right.data(), halves.counts.right));
-      std::vector<Reference> own = references.all, elsewhere(count + 1);
+  for (const int axis : {0, 1, 2})
+    for (const bool planar_left : {false, true})
+      for (const float position : {0.2f, 0.5f, 0.9f})
+        for (const bool left_in_place : {false, true}) {
+          const Split split{0.0, position, axis, planar_left};
+          BlockPool pool(count);
+          const BlockHalves halves = partition(references.geometries, in_blocks(references.all, pool), split, pool);
+          std::vector<Reference> own = references.all, elsewhere(count + 1);
+          ReferenceBuffer scratch;
+          const HalfCounts counts = partition_in_place(references.geometries, own.data(), count, split, left_in_place,
+                                                       elsewhere.data(), scratch);
+          ASSERT_EQ(counts.left, halves.left.count());
+          ASSERT_EQ(counts.right, halves.right.count());
+          const Reference *left = left_in_place ? own.data() : elsewhere.data(),
+                          *right = left_in_place ? elsewhere.data() : own.data();
+          EXPECT_TRUE(same_bits(left, in_one_list(halves.left).data(), counts.left));
+          EXPECT_TRUE(same_bits(right, in_one_list(halves.right).data(), counts.right));
+        }
+}
+
+// Triangles that need not be cut go where the rule says, one by one and in order; those at the plane to
+// the side that the split names.
+TEST(Partition, WholeReferencesKeepTheirOrder) {
+  Rng rng(114);
+  References references(rng, 1003);
+  for (const int axis : {0, 1, 2})
+    for (const bool planar_left : {false, true}) {
+      std::vector<Reference> own = references.all;
+      for (size_t i = 0; i < own.size(); i += 5) own[i].min[axis] = own[i].max[axis] = 0.5f; // in the plane
+      std::vector<uint32_t> left, right;
+      for (const Reference& r : own) {
+        const bool ends_below = r.max[axis] <= 0.5f, starts_above = r.min[axis] >= 0.5f;
+        if (ends_below && (planar_left || !starts_above)) left.push_back(r.triangle);
+        if (starts_above && (!planar_left || !ends_below)) right.push_back(r.triangle);
+      }
+      std::vector<Reference> elsewhere(own.size() + 1);
       ReferenceBuffer scratch;
-      const HalfCounts counts =
-          partition_in_place(references.geometries, own.data(), count, split, left_in_place, elsewhere.data(), scratch);
-      ASSERT_EQ(counts.left, halves.counts.left);
-      ASSERT_EQ(counts.right, halves.counts.right);
-      const Reference *left = left_in_place ? own.data() : elsewhere.data(),
-                      *right = left_in_place ? elsewhere.data() : own.data();
-      EXPECT_TRUE(same_bits(left, halves.left.data(), counts.left));
-      EXPECT_TRUE(same_bits(right, halves.right.data(), counts.right));
+      const HalfCounts counts = partition_in_place(references.geometries, own.data(), own.size(),
+                                                   {0.0, 0.5f, axis, planar_left}, true, elsewhere.data(), scratch);
+      ASSERT_GE(counts.left, left.size());
+      ASSERT_GE(counts.right, right.size());
+      for (size_t i = 0; i < left.size(); ++i) EXPECT_EQ(own[i].triangle, left[i]);
+      for (size_t i = 0; i < right.size(); ++i) EXPECT_EQ(elsewhere[i].triangle, right[i]);
     }
+}
+
+// A search sees the same references in several runs as in one.
+TEST(Partition, SearchesOfBlocksMatchThoseOfLists) {
+  Rng rng(115);
+  const References references(rng, 9000);
+  BlockPool pool(references.all.size());
+  const ReferenceBlocks blocks = in_blocks(references.all, pool);
+  SplitScratch scratch;
+  Config config, coarse;
+  coarse.refine_below = 512;
+  for (const Config& c : {config, coarse}) {
+    const auto of_list = best_split_binned(c, Box3f(V3f(0), V3f(1)), references.all, scratch),
+               of_blocks = best_split_binned(c, Box3f(V3f(0), V3f(1)), blocks, scratch);
+    ASSERT_TRUE(of_list && of_blocks);
+    EXPECT_EQ(of_list->position, of_blocks->position);
+    EXPECT_EQ(of_list->axis, of_blocks->axis);
+    EXPECT_EQ(of_list->cost, of_blocks->cost);
+  }
+  const auto of_list = best_split_sorted(config, Box3f(V3f(0), V3f(1)), references.all, scratch),
+             of_blocks = best_split_sorted(config, Box3f(V3f(0), V3f(1)), blocks, scratch);
+  ASSERT_TRUE(of_list && of_blocks);
+  EXPECT_EQ(of_list->position, of_blocks->position);
+  EXPECT_EQ(of_list->axis, of_blocks->axis);
+}
+
+TEST(Partition, EmptyBlocksAreLeftOut) {
+  BlockPool pool(1);
+  Rng rng(116);
+  const References references(rng, 10);
+  ReferenceBlocks all(pool), none(pool);
+  EXPECT_GT(none.room(), 0U); // takes a block
+  all.append(std::move(none));
+  all.append(in_blocks(references.all, pool));
+  ASSERT_EQ(all.blocks().size(), 1U);
+  EXPECT_EQ(NodeReferences(all).run(0).size(), 10U);
 }
 
 } // namespace

@@ -25,39 +25,31 @@
 namespace kindling::accel::kd {
 namespace {
 
-struct References {
-  ReferenceBuffer buffer;
-  size_t count = 0;
-  [[nodiscard]] std::span<const Reference> all() { return {buffer.data(), count}; }
-};
-
-References in_one_piece(const ReferenceBlocks& blocks) {
-  References references{ReferenceBuffer(blocks.count()), blocks.count()};
-  blocks.copy_to(references.buffer.data());
-  return references;
+std::vector<Reference> in_one_piece(const ReferenceBlocks& references) {
+  std::vector<Reference> all(references.count());
+  references.copy_to(all.data());
+  return all;
 }
 
 // Undoes a partition: one reference for each triangle, with the bounds of its parts.
-References merged(const BlockHalves& halves) {
-  References all{ReferenceBuffer(halves.left.count() + halves.right.count()),
-                 halves.left.count() + halves.right.count()};
-  halves.left.copy_to(all.buffer.data());
-  halves.right.copy_to(all.buffer.data() + halves.left.count());
+std::vector<Reference> merged(const BlockHalves& halves) {
+  std::vector<Reference> all(halves.left.count() + halves.right.count());
+  halves.left.copy_to(all.data());
+  halves.right.copy_to(all.data() + halves.left.count());
   const auto id = [](const Reference& r) { return uint64_t{r.geometry} << 32 | r.triangle; };
-  Reference* const parts = all.buffer.data();
-  std::sort(parts, parts + all.count, [&](const Reference& a, const Reference& b) { return id(a) < id(b); });
+  std::sort(all.begin(), all.end(), [&](const Reference& a, const Reference& b) { return id(a) < id(b); });
   size_t last = 0;
-  for (size_t i = 1; i < all.count; ++i) {
-    if (id(parts[i]) == id(parts[last])) {
+  for (size_t i = 1; i < all.size(); ++i) {
+    if (id(all[i]) == id(all[last])) {
       for (int k = 0; k < 3; ++k) {
-        parts[last].min[k] = std::min(parts[last].min[k], parts[i].min[k]);
-        parts[last].max[k] = std::max(parts[last].max[k], parts[i].max[k]);
+        all[last].min[k] = std::min(all[last].min[k], all[i].min[k]);
+        all[last].max[k] = std::max(all[last].max[k], all[i].max[k]);
       }
     } else {
-      parts[++last] = parts[i];
+      all[++last] = all[i];
     }
   }
-  all.count = std::min(all.count, last + 1);
+  all.resize(last + 1);
   return all;
 }
 
@@ -67,20 +59,33 @@ class TopBuilder {
 
   double build(const Cell& cell, ReferenceBlocks references, BinaryNode& node) {
     const Config& config = context_.config;
-    if (references.count() <= kMaxSubtreeReferences) {
-      References few = in_one_piece(references);
-      ReferenceBlocks(std::move(references)); // returns the blocks
-      return build(cell, std::move(few), node);
-    }
-    const CostModel model(config, cell.box);
-    std::optional<Split> split;
-    if (cell.depth < context_.max_depth && !context_.stopped()) split = find_split(config, model, cell.box, references);
-    if (!split) return make_leaf(cell, in_one_piece(references), node);
     const size_t count = references.count();
+    if (count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
+      return workers_.local().build(context_, cell, std::move(references), node);
+    const CostModel model(config, cell.box);
+    SplitScratch scratch;
+    std::optional<Split> split;
+    if (cell.depth < context_.max_depth && !context_.stopped())
+      split = find_split(config, model, cell.box, references, scratch);
+    if (!split) return make_leaf(cell, in_one_piece(references), node);
     BlockHalves halves = partition(context_.meshes, std::move(references), *split, pool_);
     const HalfCounts counts{halves.left.count(), halves.right.count()};
-    if (!is_progress(cell, count, counts)) return make_leaf(cell, merged(halves), node);
-    return build_children(cell, model, *split, counts, std::move(halves.left), std::move(halves.right), node);
+    const bool reduced = counts.left < count || counts.right < count;
+    if (!reduced || counts.left + counts.right > cell.budget) return make_leaf(cell, merged(halves), node);
+
+    Cell below, above;
+    cell.divide(*split, counts, below, above);
+    node.position = split->position;
+    node.axis = static_cast<uint32_t>(split->axis);
+    node.children = workers_.local().new_pair();
+    double left_cost = 0.0, right_cost = 0.0;
+    tbb::task_group group;
+    group.run([&] { left_cost = build(below, std::move(halves.left), node.children[0]); });
+    right_cost = build(above, std::move(halves.right), node.children[1]);
+    group.wait();
+    choose_boxes(node, context_.inverse_area);
+    return config.traversal_cost + model.left_probability(split->axis, split->position) * left_cost +
+           model.right_probability(split->axis, split->position) * right_cost;
   }
 
   [[nodiscard]] std::vector<TreeArena> take_arenas() {
@@ -90,51 +95,9 @@ class TopBuilder {
   }
 
  private:
-  // At most kMaxSubtreeReferences.
-  double build(const Cell& cell, References references, BinaryNode& node) {
-    const Config& config = context_.config;
-    if (references.count <= std::min<size_t>(config.parallel_above, kMaxSubtreeReferences))
-      return workers_.local().build(context_, cell, references.all(), node);
-    const CostModel model(config, cell.box);
-    SplitScratch scratch;
-    std::optional<Split> split;
-    if (cell.depth < context_.max_depth && !context_.stopped())
-      split = find_split(config, model, cell.box, references.all(), scratch);
-    if (!split) return make_leaf(cell, std::move(references), node);
-    Halves halves = partition(context_.meshes, references.all(), *split);
-    const HalfCounts counts = halves.counts;
-    if (!is_progress(cell, references.count, counts)) return make_leaf(cell, std::move(references), node);
-    references = {};
-    return build_children(cell, model, *split, counts, References{std::move(halves.left), counts.left},
-                          References{std::move(halves.right), counts.right}, node);
-  }
-
-  // True if a split separates something, and its parts stay within the budget.
-  static bool is_progress(const Cell& cell, size_t count, const HalfCounts& counts) {
-    return (counts.left < count || counts.right < count) && counts.left + counts.right <= cell.budget;
-  }
-
-  template <class List>
-  double build_children(const Cell& cell, const CostModel& model, const Split& split, const HalfCounts& counts,
-                        List left, List right, BinaryNode& node) {
-    Cell below, above;
-    cell.divide(split, counts, below, above);
-    node.position = split.position;
-    node.axis = static_cast<uint32_t>(split.axis);
-    node.children = workers_.local().new_pair();
-    double left_cost = 0.0, right_cost = 0.0;
-    tbb::task_group group;
-    group.run([&] { left_cost = build(below, std::move(left), node.children[0]); });
-    right_cost = build(above, std::move(right), node.children[1]);
-    group.wait();
-    choose_boxes(node, context_.inverse_area);
-    return context_.config.traversal_cost + model.left_probability(split.axis, split.position) * left_cost +
-           model.right_probability(split.axis, split.position) * right_cost;
-  }
-
-  double make_leaf(const Cell& cell, References references, BinaryNode& node) {
-    if (context_.references != nullptr) context_.references->add(references.count);
-    return workers_.local().build_leaf(context_, cell, references.all(), node);
+  double make_leaf(const Cell& cell, const std::vector<Reference>& references, BinaryNode& node) {
+    if (context_.references != nullptr) context_.references->add(references.size());
+    return workers_.local().build_leaf(context_, cell, references, node);
   }
 
   const BuildContext& context_;

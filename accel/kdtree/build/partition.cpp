@@ -170,17 +170,6 @@ HalfCounts partition_in_place(const BuildMeshes& meshes, Reference* references, 
   return {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
 }
 
-Halves partition(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split) {
-  const size_t count = references.size();
-  Halves out{ReferenceBuffer(count + 1), ReferenceBuffer(count + 1), {}};
-  ReferenceBuffer cut(count + 1);
-  const Lists first = {out.left.data(), out.right.data(), cut.data()};
-  Lists end = deal(references.data(), count, split, first);
-  cut_all(meshes, {first.cut, end.cut}, split, end.left, end.right);
-  out.counts = {static_cast<size_t>(end.left - first.left), static_cast<size_t>(end.right - first.right)};
-  return out;
-}
-
 namespace {
 
 // The blocks first <= i < last.
@@ -201,36 +190,31 @@ std::vector<Group> groups_of(const ReferenceBlocks& references) {
   return groups;
 }
 
-// Appends to both lists by f(references, ends of both lists), as many at a time as fit into both.
-template <class F>
-void fill(std::span<const Reference> references, BlockHalves& out, const F& f) {
-  while (!references.empty()) {
-    const size_t fits = std::min({references.size(), out.left.room(), out.right.room()});
-    Reference *left = out.left.end(), *right = out.right.end();
-    f(references.first(fits), left, right);
-    out.left.advance_to(left);
-    out.right.advance_to(right);
-    references = references.subspan(fits);
-  }
-}
-
 BlockHalves partition_group(const BuildMeshes& meshes, ReferenceBlocks& references, const Group& group,
                             const Split& split, BlockPool& pool) {
   BlockHalves out{ReferenceBlocks(pool), ReferenceBlocks(pool)};
-  ReferenceBuffer cut(group.count + 1);
-  Reference* cut_end = cut.data();
+  ReferenceBlocks cut(pool);
+  // As many at a time as fit into all lists.
   for (size_t i = group.first; i < group.last; ++i) {
-    fill(references.blocks()[i], out, [&](std::span<const Reference> some, Reference*& left, Reference*& right) {
-      const Lists end = deal(some.data(), some.size(), split, {left, right, cut_end});
-      left = end.left;
-      right = end.right;
-      cut_end = end.cut;
-    });
+    for (std::span<const Reference> left_over = references.blocks()[i]; !left_over.empty();) {
+      const size_t fits = std::min({left_over.size(), out.left.room(), out.right.room(), cut.room()});
+      const Lists end = deal(left_over.data(), fits, split, {out.left.end(), out.right.end(), cut.end()});
+      out.left.advance_to(end.left);
+      out.right.advance_to(end.right);
+      cut.advance_to(end.cut);
+      left_over = left_over.subspan(fits);
+    }
     references.release(i);
   }
-  fill({cut.data(), cut_end}, out, [&](std::span<const Reference> some, Reference*& left, Reference*& right) {
-    cut_all(meshes, some, split, left, right);
-  });
+  for (std::span<const Reference> left_over : cut.blocks())
+    while (!left_over.empty()) {
+      const size_t fits = std::min({left_over.size(), out.left.room(), out.right.room()});
+      Reference *left = out.left.end(), *right = out.right.end();
+      cut_all(meshes, left_over.first(fits), split, left, right);
+      out.left.advance_to(left);
+      out.right.advance_to(right);
+      left_over = left_over.subspan(fits);
+    }
   return out;
 }
 

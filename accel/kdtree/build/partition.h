@@ -45,14 +45,6 @@ struct HalfCounts {
                                             const Split& split, bool left_in_place, Reference* elsewhere,
                                             ReferenceBuffer& scratch);
 
-struct Halves {
-  ReferenceBuffer left, right;
-  HalfCounts counts;
-};
-
-// Partitions on one thread, to new lists. Their order is that of partition_in_place().
-[[nodiscard]] Halves partition(const BuildMeshes& meshes, std::span<const Reference> references, const Split& split);
-
 struct BlockHalves {
   ReferenceBlocks left, right;
 };

@@ -70,11 +70,21 @@ void ReferenceBlocks::advance_to(const Reference* new_end) {
 }
 
 void ReferenceBlocks::append(ReferenceBlocks&& others) {
-  blocks_.insert(blocks_.end(), others.blocks_.begin(), others.blocks_.end());
-  others.blocks_.clear();
+  for (const std::span<Reference> block : std::exchange(others.blocks_, {}))
+    if (block.empty())
+      pool_->give_back(block.data());
+    else
+      blocks_.push_back(block);
   count_ += std::exchange(others.count_, 0);
   space_.extend(others.space_);
   room_ = others.room_ = 0;
+}
+
+void ReferenceBlocks::clear() {
+  for (size_t i = 0; i < blocks_.size(); ++i) release(i);
+  blocks_.clear();
+  count_ = room_ = 0;
+  space_ = {};
 }
 
 void ReferenceBlocks::release(size_t block) {

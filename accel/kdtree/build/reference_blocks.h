@@ -45,15 +45,12 @@ class ReferenceBlocks {
       : pool_(other.pool_), blocks_(std::exchange(other.blocks_, {})), count_(std::exchange(other.count_, 0)),
         room_(std::exchange(other.room_, 0)), space_(std::exchange(other.space_, {})) {}
   ReferenceBlocks& operator=(ReferenceBlocks&&) = delete;
-  ~ReferenceBlocks() {
-    for (size_t i = 0; i < blocks_.size(); ++i) release(i);
-  }
+  ~ReferenceBlocks() { clear(); }
 
   [[nodiscard]] size_t count() const { return count_; }
   [[nodiscard]] const OccupiedSpace& space() const { return space_; }
   [[nodiscard]] std::span<const std::span<Reference>> blocks() const { return blocks_; }
-  // All references, one block after the other.
-  [[nodiscard]] std::vector<std::span<const Reference>> runs() const { return {blocks_.begin(), blocks_.end()}; }
+  // Copies all references, one block after the other.
   void copy_to(Reference* to) const;
 
   // The place of the next reference.
@@ -62,8 +59,9 @@ class ReferenceBlocks {
   [[nodiscard]] size_t room();
   // Takes what was written at end(), up to `new_end`.
   void advance_to(const Reference* new_end);
-  // Appends the references of others, which has none afterwards.
+  // Appends the references of others, which has none afterwards, and leaves out empty blocks.
   void append(ReferenceBlocks&& others);
+  void clear();
   // Returns a block to the pool whose references are not needed any more. Different blocks may be
   // released at the same time.
   void release(size_t block);

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/build/node_references.h"
 #include "accel/kdtree/build/reference.h"
-#include "accel/kdtree/build/reference_blocks.h"
+
 #include "accel/kdtree/config.h"
 
 #include <ImathBox.h>
@@ -99,15 +100,15 @@ struct SplitScratch {
 // Tries every bound of every reference, by sorting. Returns nullopt if no plane lies strictly
 // inside the box.
 [[nodiscard]] std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box,
-                                                     std::span<const Reference> references, SplitScratch& scratch);
+                                                     const NodeReferences& references, SplitScratch& scratch);
 
 // Tries every bound by counting the references on each side, in quadratic time, which is faster for
-// few references. One to kMaxCounted references. Costs are in single precision, and axes shorter
+// few references. One run of 1 to kMaxCounted references. Costs are in single precision, and axes shorter
 // than kMinExtent are not split. Splits that cost more than `limit` may be missed.
 inline constexpr size_t kMaxCounted = 128;
 inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
-                                                      std::span<const Reference> references,
+                                                      const NodeReferences& references,
                                                       double limit = std::numeric_limits<double>::infinity());
 
 // Tries the borders of 32 to 256 bins per axis and the ends of the occupied space. For up to
@@ -115,20 +116,16 @@ inline constexpr float kMinExtent = 1e-30f;
 // Parallel for many references; the result does not depend on the number of threads. The cost may
 // be off by the few references that rounding puts into the wrong bin.
 [[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                                     std::span<const Reference> references, SplitScratch& scratch);
-
-// Likewise, of more references than Config::refine_below.
-[[nodiscard]] std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                                     const ReferenceBlocks& references);
+                                                     const NodeReferences& references, SplitScratch& scratch);
 
 // Tries the planes off the flat references at the ends of the occupied space, in a node that would
 // be a leaf. The cost counts the boxes of what is on both sides, not the cells. `rays`: triangles
 // of the tree over its half area. Returns nullopt unless enough is gained (Config::wall_min_gain).
 [[nodiscard]] std::optional<Split> best_split_at_wall(const Config& config, const Imath::Box3f& box,
-                                                      std::span<const Reference> references, double rays);
+                                                      const NodeReferences& references, double rays);
 
 // Tries every bound inside [low, high] on one axis; replaces `best` if one is cheaper.
-void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
-                  float low, float high, SplitScratch& scratch, std::optional<Split>& best);
+void refine_split(const Config& config, const Imath::Box3f& box, const NodeReferences& references, int axis, float low,
+                  float high, SplitScratch& scratch, std::optional<Split>& best);
 
 } // namespace kindling::accel::kd

@@ -20,7 +20,7 @@
 namespace kindling::accel::kd {
 namespace {
 
-constexpr size_t kRun = 16384; // references that one thread counts
+constexpr size_t kRun = 16384; // more references are counted in parallel, so many at a time
 // Bins of at least twice this many references count a sample of at least this many.
 constexpr size_t kSample = 1024;
 // If the best plane of a sample costs more than this fraction of a leaf, all references are
@@ -51,9 +51,6 @@ Float8 bounds_of(const Reference& reference) {
   return std::bit_cast<Float8>(load_vector<Int8>(&reference) & kBounds);
 }
 
-// References in one or more runs.
-using Runs = std::span<const std::span<const Reference>>;
-
 // Counts the bins of references that are added.
 class BinCounter {
  public:
@@ -76,42 +73,46 @@ class BinCounter {
 };
 
 // Counts one of each `stride` neighbors, in no pattern that a mesh might have too. Returns how many.
-size_t count_sample(Runs runs, size_t count, size_t stride, const Binning& binning, Histogram& histogram) {
+size_t count_sample(const NodeReferences& references, size_t stride, const Binning& binning, Histogram& histogram) {
+  const size_t count = references.count();
   BinCounter counter(binning, histogram);
   uint32_t random = 0;
   size_t counted = 0, run = 0, run_first = 0;
   for (size_t i = 0; i < count; i += stride) {
     random += 0x9e3779b1U;
     const size_t at = std::min(i + (uint64_t{random} * stride >> 32), count - 1);
-    while (at - run_first >= runs[run].size()) run_first += runs[run++].size();
-    counter.add(runs[run][at - run_first]);
+    while (at - run_first >= references.run(run).size()) run_first += references.run(run++).size();
+    counter.add(references.run(run)[at - run_first]);
     ++counted;
   }
   return counted;
 }
 
-void count_run(std::span<const Reference> references, const Binning& binning, Histogram& histogram) {
-  BinCounter counter(binning, histogram);
-  for (const Reference& reference : references) counter.add(reference);
-}
-
-// Counts all references, in parallel if there are several runs.
-void count_all(Runs runs, const Binning& binning, Histogram& histogram) {
-  if (runs.size() == 1) return count_run(runs[0], binning, histogram);
+// Counts all references, many of them in parallel.
+void count_all(const NodeReferences& references, const Binning& binning, Histogram& histogram) {
+  const auto count = [&](std::span<const Reference> some, BinCounter& counter) {
+    for (const Reference& reference : some) counter.add(reference);
+  };
+  if (references.count() <= kRun) {
+    BinCounter counter(binning, histogram);
+    for (size_t i = 0; i < references.run_count(); ++i) count(references.run(i), counter);
+    return;
+  }
+  std::vector<std::span<const Reference>> runs;
+  for (size_t i = 0; i < references.run_count(); ++i)
+    for (std::span<const Reference> run = references.run(i); !run.empty();) {
+      runs.push_back(run.first(std::min(run.size(), kRun)));
+      run = run.subspan(runs.back().size());
+    }
   std::vector<Histogram> parts(runs.size());
-  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) { count_run(runs[r], binning, parts[r]); });
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) {
+    BinCounter counter(binning, parts[r]);
+    count(runs[r], counter);
+  });
   histogram = parts[0];
   for (size_t r = 1; r < runs.size(); ++r)
     for (size_t lane = 0; lane < histogram.size(); ++lane)
       for (uint32_t i = 0; i < binning.bins; ++i) histogram[lane][i] += parts[r][lane][i];
-}
-
-OccupiedSpace occupied_in_parallel(Runs runs) {
-  std::vector<OccupiedSpace> parts(runs.size());
-  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t r) { parts[r].extend(runs[r]); });
-  OccupiedSpace all;
-  for (const OccupiedSpace& part : parts) all.extend(part);
-  return all;
 }
 
 Binning make_binning(const OccupiedSpace& all, uint32_t bins) {
@@ -166,14 +167,15 @@ void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogr
 }
 
 // Returns the best borders, by one of each `stride` references.
-LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, Runs runs, size_t count, const Binning& binning,
-                     size_t stride) {
+LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, const NodeReferences& references,
+                     const Binning& binning, size_t stride) {
   Histogram histogram;
+  const size_t count = references.count();
   size_t counted = count;
   if (stride > 1) {
-    counted = count_sample(runs, count, stride, binning, histogram);
+    counted = count_sample(references, stride, binning, histogram);
   } else {
-    count_all(runs, binning, histogram);
+    count_all(references, binning, histogram);
   }
   LaneBest best;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -184,11 +186,13 @@ LaneBest try_borders(const CostModel& model, const Imath::Box3f& box, Runs runs,
   return best;
 }
 
-// The best border or end of the occupied space. refine(axis, low, high, best) may replace `best` by a
-// cheaper plane between the neighbors of the best border; returns false if it does not try.
-template <class Refine>
-std::optional<Split> best_split_of(const Config& config, const Imath::Box3f& box, Runs runs, size_t count,
-                                   const OccupiedSpace& all, const Refine& refine) {
+} // namespace
+
+std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box, const NodeReferences& references,
+                                       SplitScratch& scratch) {
+  assert(references.count() > 0);
+  const size_t count = references.count();
+  const OccupiedSpace& all = references.space();
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
@@ -204,12 +208,12 @@ std::optional<Split> best_split_of(const Config& config, const Imath::Box3f& box
     offer(all.max_bound[kEndLane + k], count, 0);
   }
   const size_t stride = std::max<size_t>(1, count / kSample);
-  LaneBest at_borders = try_borders(model, box, runs, count, binning, stride);
+  LaneBest at_borders = try_borders(model, box, references, binning, stride);
   size_t lane = at_borders.lane();
   bool sampled = stride > 1;
   const auto cost_at = [&] { return config.traversal_cost + static_cast<double>(at_borders.cost[lane]); };
   if (sampled && !(cost_at() < kClearGain * model.leaf_cost(count))) {
-    at_borders = try_borders(model, box, runs, count, binning, 1);
+    at_borders = try_borders(model, box, references, binning, 1);
     lane = at_borders.lane();
     sampled = false;
   }
@@ -219,40 +223,11 @@ std::optional<Split> best_split_of(const Config& config, const Imath::Box3f& box
   if (!sampled) best = border;
   const auto i = static_cast<uint32_t>(choice % kAxis / kBorder);
   const auto axis = static_cast<size_t>(border.axis);
-  const bool refined = refine(border.axis, binning.border(axis, i - 1), binning.border(axis, i + 1), best);
-  if (!refined || !best) best = border;
+  if (count <= config.refine_below)
+    refine_split(config, box, references, border.axis, binning.border(axis, i - 1), binning.border(axis, i + 1),
+                 scratch, best);
+  if (count > config.refine_below || !best) best = border;
   return best;
-}
-
-} // namespace
-
-std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                       std::span<const Reference> references, SplitScratch& scratch) {
-  assert(!references.empty());
-  const size_t count = references.size();
-  const auto best_of = [&](Runs runs, const OccupiedSpace& all) {
-    return best_split_of(config, box, runs, count, all,
-                         [&](int axis, float low, float high, std::optional<Split>& best) {
-                           if (count > config.refine_below) return false;
-                           refine_split(config, box, references, axis, low, high, scratch, best);
-                           return true;
-                         });
-  };
-  if (count <= kRun) {
-    OccupiedSpace all;
-    all.extend(references);
-    return best_of({&references, 1}, all);
-  }
-  std::vector<std::span<const Reference>> runs;
-  for (size_t first = 0; first < count; first += kRun)
-    runs.push_back(references.subspan(first, std::min(kRun, count - first)));
-  return best_of(runs, occupied_in_parallel(runs));
-}
-
-std::optional<Split> best_split_binned(const Config& config, const Imath::Box3f& box,
-                                       const ReferenceBlocks& references) {
-  return best_split_of(config, box, references.runs(), references.count(), references.space(),
-                       [](int, float, float, const std::optional<Split>&) { return false; });
 }
 
 } // namespace kindling::accel::kd

@@ -46,31 +46,22 @@ struct LaneBounds {
 
 // Bounds of the planes across an axis, before they are tried.
 struct AxisBounds {
-  float low, high; // ends of the occupied space
-  float min_cost;  // see LaneCosts
-  bool planars;    // some reference lies in a plane across this axis
+  float min_cost; // see LaneCosts
+  bool planars;   // some reference lies in a plane across this axis
 
   AxisBounds(const LaneBounds& bounds, size_t axis, const LaneCosts& costs) {
     const Float8 size = splat(costs.box_high - costs.box_low);
-    Float8 all_low = load_vector<Float8>(bounds.low[axis]), all_high = load_vector<Float8>(bounds.high[axis]), sum{};
-    Int8 flat{};
     const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    Float8 sum{};
+    Int8 flat{};
     for (size_t i = 0; i < bounds.count; i += 8) {
       const auto starts = load_vector<Float8>(bounds.low[axis] + i), ends = load_vector<Float8>(bounds.high[axis] + i);
-      all_low = vector_min(starts, all_low);
-      all_high = vector_max(ends, all_high);
       flat |= starts == ends;
       const Float8 extent = vector_min(vector_min(ends - costs.box_low, costs.box_high - starts), size);
       sum += (lanes < static_cast<int32_t>(bounds.count - i)) ? extent : Float8{};
     }
-    low = all_low[0];
-    high = all_high[0];
     float total = sum[0];
-    for (size_t i = 1; i < 8; ++i) {
-      low = std::min(low, all_low[i]);
-      high = std::max(high, all_high[i]);
-      total += sum[i];
-    }
+    for (size_t i = 1; i < 8; ++i) total += sum[i];
     min_cost = costs.min_cost(bounds.count, total);
     planars = sign_bits(flat) != 0;
   }
@@ -118,13 +109,14 @@ void count_sides(const LaneBounds& bounds, int axis, const LaneCosts& costs, Lan
 
 } // namespace
 
-std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
-                                        std::span<const Reference> references, double limit) {
-  assert(!references.empty() && references.size() <= kMaxCounted);
+std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box, const NodeReferences& references,
+                                        double limit) {
+  assert(references.run_count() == 1 && references.count() > 0 && references.count() <= kMaxCounted);
   const double area = half_area(box);
   if (!(area > 0.0)) return std::nullopt;
-  const LaneBounds bounds(references);
-  const auto count = static_cast<int32_t>(references.size());
+  const LaneBounds bounds(references.run(0));
+  const OccupiedSpace& space = references.space();
+  const auto count = static_cast<int32_t>(references.count());
   LaneBest best;
   auto worth = static_cast<float>(limit - config.traversal_cost); // no plane that costs more is wanted
   for (int axis = 0; axis < 3; ++axis) {
@@ -132,8 +124,8 @@ std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f
     const LaneCosts costs(config, box, area, axis);
     const AxisBounds known(bounds, static_cast<size_t>(axis), costs);
     if (known.min_cost > worth) { // only planes that cut off empty space
-      const Float8 ends = {known.low,  known.high, known.high, known.high,
-                           known.high, known.high, known.high, known.high};
+      const float low = space.min_bound[axis], high = space.max_bound[axis + 4];
+      const Float8 ends = {low, high, high, high, high, high, high, high};
       const Int8 left = {0, count, count, count, count, count, count, count};
       const Int8 inside = (ends > costs.box_low) & (ends < costs.box_high);
       const Float8 cost = inside ? costs(ends, left, count - left) : splat(std::numeric_limits<float>::infinity());

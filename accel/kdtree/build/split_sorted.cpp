@@ -169,10 +169,10 @@ class RangeSearch {
 
 // Fills the lists of events in a range across an axis; returns the counts of the others.
 template <size_t kAxis>
-Outside find_events(std::span<const Reference> references, float low, float high, SplitScratch& scratch) {
-  const EventEnds begin = room_for_events(scratch, references.size() + 1);
+Outside find_events(const NodeReferences& references, float low, float high, SplitScratch& scratch) {
+  const EventEnds begin = room_for_events(scratch, references.count() + 1);
   RangeSearch<kAxis> search(low, high, begin);
-  search.add(references);
+  for (size_t i = 0; i < references.run_count(); ++i) search.add(references.run(i));
   set_ends(scratch, begin, search.lists());
   return search.outside();
 }
@@ -223,30 +223,31 @@ void count_events(const CostModel& model, const Imath::Box3f& box, int axis, con
 
 } // namespace
 
-std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box,
-                                       std::span<const Reference> references, SplitScratch& scratch) {
+std::optional<Split> best_split_sorted(const Config& config, const Imath::Box3f& box, const NodeReferences& references,
+                                       SplitScratch& scratch) {
   const CostModel model(config, box);
   std::optional<Split> best;
   if (!model.splittable()) return best;
   for (int axis = 0; axis < 3; ++axis) {
-    const EventEnds begin = room_for_events(scratch, references.size());
+    const EventEnds begin = room_for_events(scratch, references.count());
     EventEnds end = begin;
-    for (const Reference& reference : references) {
-      if (reference.min[axis] == reference.max[axis]) {
-        *end.planars++ = reference.min[axis];
-      } else {
-        *end.starts++ = reference.min[axis];
-        *end.ends++ = reference.max[axis];
+    for (size_t i = 0; i < references.run_count(); ++i)
+      for (const Reference& reference : references.run(i)) {
+        if (reference.min[axis] == reference.max[axis]) {
+          *end.planars++ = reference.min[axis];
+        } else {
+          *end.starts++ = reference.min[axis];
+          *end.ends++ = reference.max[axis];
+        }
       }
-    }
     set_ends(scratch, begin, end);
     sort_and_sweep(model, box, axis, {}, scratch, best);
   }
   return best;
 }
 
-void refine_split(const Config& config, const Imath::Box3f& box, std::span<const Reference> references, int axis,
-                  float low, float high, SplitScratch& scratch, std::optional<Split>& best) {
+void refine_split(const Config& config, const Imath::Box3f& box, const NodeReferences& references, int axis, float low,
+                  float high, SplitScratch& scratch, std::optional<Split>& best) {
   assert(low <= high);
   const CostModel model(config, box);
   const Outside outside = axis == 0   ? find_events<0>(references, low, high, scratch)

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace kindling::accel::kd {
@@ -69,25 +70,26 @@ std::array<Content, 2> divide(std::span<const Reference> references, const End& 
 
 } // namespace
 
-std::optional<Split> best_split_at_wall(const Config& config, const Imath::Box3f& box,
-                                        std::span<const Reference> references, double rays) {
+std::optional<Split> best_split_at_wall(const Config& config, const Imath::Box3f& box, const NodeReferences& node,
+                                        double rays) {
+  assert(node.run_count() == 1);
+  const std::span<const Reference> references = node.run(0);
   if (references.size() < 2) return std::nullopt;
   const CostModel model(config, box);
   const double leaf = model.leaf_cost(references.size());
   if ((leaf - config.wall_step_cost) * model.area() * rays < config.wall_min_gain) return std::nullopt;
-  Content all;
-  for (const Reference& r : references) all.add(r.min, r.max);
-  const double area = half_area(all.box);
+  const Imath::Box3f all = node.space().box();
+  const double area = half_area(all);
   if (!(area > 0.0)) return std::nullopt;
   float largest = 0.0f;
   for (int axis = 0; axis < 3; ++axis)
-    largest = std::max({largest, std::fabs(all.box.min[axis]), std::fabs(all.box.max[axis])});
+    largest = std::max({largest, std::fabs(all.min[axis]), std::fabs(all.max[axis])});
 
   std::optional<Split> best;
   for (int i = 0; i < 6; ++i) {
     const int axis = i / 2;
     const bool low = i % 2 == 0;
-    const End end{axis, low, low ? all.box.min[axis] : all.box.max[axis]};
+    const End end{axis, low, low ? all.min[axis] : all.max[axis]};
     const Wall wall = find_wall(references, end, largest * kThin);
     if (wall.covered == 0.0 || !(wall.face > box.min[axis] && wall.face < box.max[axis])) continue;
     const std::array<Content, 2> sides = divide(references, end, wall.face);

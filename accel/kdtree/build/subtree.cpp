@@ -7,7 +7,6 @@
 
 #include "accel/kdtree/box_cuts.h"
 #include "accel/kdtree/build/find_split.h"
-#include "accel/kdtree/build/occupied_space.h"
 #include "accel/vectors.h"
 
 #include <algorithm>
@@ -84,28 +83,28 @@ BinaryNode* SubtreeBuilder::new_pair() {
   return pair;
 }
 
-double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
+double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, ReferenceBlocks references,
                              BinaryNode& node) {
-  assert(references.size() <= kMaxSubtreeReferences);
-  stack_.reserve(2 * references.size() + 1, 0);
-  copy_references(references.data(), references.size(), stack_.data());
+  const size_t count = references.count();
+  assert(count <= kMaxSubtreeReferences);
+  stack_.reserve(2 * count + 1, 0);
+  references.copy_to(stack_.data());
+  references.clear();
   made_ = 0;
-  const double cost = build(context, cell, 0, references.size(), node);
+  const double cost = build(context, cell, 0, count, node);
   if (context.references != nullptr) context.references->add(made_);
   context.monitor.add(unreported_);
   unreported_ = 0.0;
   return cost;
 }
 
-double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
+double SubtreeBuilder::build_leaf(const BuildContext& context, const Cell& cell, const NodeReferences& references,
                                   BinaryNode& node) {
-  LeafReference* own = arena_.references.allocate(references.size());
+  LeafReference* own = arena_.references.allocate(references.count());
   // Sorted, because neighbors in a mesh share vertices, which makes the leaf smaller.
-  write_sorted(references, own);
-  OccupiedSpace space;
-  space.extend(references);
-  make_leaf(context, cell.weight, {own, references.size()}, space.box(), node);
-  return CostModel(context.config, cell.box).leaf_cost(references.size());
+  write_sorted(references.run(0), own);
+  make_leaf(context, cell.weight, {own, references.count()}, references.space().box(), node);
+  return CostModel(context.config, cell.box).leaf_cost(references.count());
 }
 
 double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size_t first, size_t count,
@@ -113,7 +112,7 @@ double SubtreeBuilder::build(const BuildContext& context, const Cell& cell, size
   if (count == 0) return 0.0;
   const Config& config = context.config;
   const CostModel model(config, cell.box);
-  const std::span<const Reference> references(stack_.data() + first, count);
+  const NodeReferences references(std::span<const Reference>(stack_.data() + first, count));
   std::optional<Split> split;
   bool at_wall = false;
   if (cell.depth < context.max_depth && !context.stopped()) {

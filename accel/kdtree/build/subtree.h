@@ -63,10 +63,9 @@ class SubtreeBuilder {
  public:
   // Fills the node; returns the expected cost, given that the cell is entered. At most
   // kMaxSubtreeReferences references: with more, the split search would wait for other threads, and
-  // this thread might re-enter meanwhile.
-  double build(const BuildContext& context, const Cell& cell, std::span<const Reference> references, BinaryNode& node);
-  double build_leaf(const BuildContext& context, const Cell& cell, std::span<const Reference> references,
-                    BinaryNode& node);
+  // this thread might re-enter meanwhile. build_leaf() takes one run.
+  double build(const BuildContext& context, const Cell& cell, ReferenceBlocks references, BinaryNode& node);
+  double build_leaf(const BuildContext& context, const Cell& cell, const NodeReferences& references, BinaryNode& node);
   // Allocates two children for a node built elsewhere.
   [[nodiscard]] BinaryNode* new_pair();
   [[nodiscard]] TreeArena take_arena() { return std::move(arena_); }
