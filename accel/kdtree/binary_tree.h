@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/kdtree/aligned_array.h"
+
 #include <ImathBox.h>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace kindling::accel::kd {
@@ -60,10 +61,11 @@ class StackArena {
   [[nodiscard]] T* allocate(size_t count) {
     while (at_.chunk < chunks_.size() && chunks_[at_.chunk].capacity - at_.used < count) at_ = {at_.chunk + 1, 0};
     if (at_.chunk == chunks_.size()) {
-      const size_t capacity = std::max(count, kMinCapacity << std::min<size_t>(chunks_.size(), kDoublings));
-      chunks_.push_back({std::make_unique_for_overwrite<T[]>(capacity), capacity});
+      const size_t bytes =
+          std::max(count * sizeof(T), std::min(kMinBytes << std::min<size_t>(chunks_.size(), 16), kMaxBytes));
+      chunks_.push_back({AlignedArray<std::byte>(bytes), bytes / sizeof(T)});
     }
-    T* first = chunks_[at_.chunk].items.get() + at_.used;
+    T* first = reinterpret_cast<T*>(chunks_[at_.chunk].items.data()) + at_.used;
     at_.used += count;
     return first;
   }
@@ -75,9 +77,9 @@ class StackArena {
   }
 
  private:
-  static constexpr size_t kMinCapacity = 64, kDoublings = 7;
+  static constexpr size_t kMinBytes = size_t{4} << 10, kMaxBytes = size_t{2} << 20; // the latter is a huge page
   struct Chunk {
-    std::unique_ptr<T[]> items;
+    AlignedArray<std::byte> items;
     size_t capacity;
   };
   std::vector<Chunk> chunks_;
