@@ -88,8 +88,9 @@ class BlockBuilder {
       return static_cast<uint32_t>(std::countr_zero(found));
     uint32_t bits[3];
     std::memcpy(bits, &geometry.mesh.positions[index], sizeof(bits));
-    const uint32_t same = position_[0].equal(bits[0]) & position_[1].equal(bits[1]) & position_[2].equal(bits[2]) &
-                          ((1U << vertices_) - 1);
+    // Most are new, and already differ along the first axis.
+    uint32_t same = position_[0].equal(bits[0]) & ((1U << vertices_) - 1);
+    if (same != 0) same &= position_[1].equal(bits[1]) & position_[2].equal(bits[2]);
     uint32_t number = vertices_;
     if (same != 0) {
       number = static_cast<uint32_t>(std::countr_zero(same));

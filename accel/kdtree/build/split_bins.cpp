@@ -132,17 +132,28 @@ Binning make_binning(const OccupiedSpace& all, uint32_t bins) {
 // Encoding of LaneBest::choice.
 constexpr int32_t kPlanarLeft = 1, kBorder = 2, kAxis = kBorder * static_cast<int32_t>(kMaxBins);
 
+// Returns for each lane the sum of the lanes up to it.
+Int8 sums(Int8 v) {
+  const Int8 none{};
+  v += __builtin_shufflevector(v, none, 8, 0, 1, 2, 3, 4, 5, 6);
+  v += __builtin_shufflevector(v, none, 8, 8, 0, 1, 2, 3, 4, 5);
+  return v + __builtin_shufflevector(v, none, 8, 8, 8, 8, 0, 1, 2, 3);
+}
+
 // `count` references were counted as `counted`.
 void sweep_borders(const LaneCosts& costs, const Binning& binning, const Histogram& histogram, size_t axis,
                    size_t count, size_t counted, LaneBest& best) {
   // Numbers of references that begin before border i, and that end after it.
   alignas(32) std::array<int32_t, kMaxBins> left, right;
   int32_t before = 0, behind = static_cast<int32_t>(counted);
-  for (uint32_t i = 0; i < binning.bins; ++i) {
-    left[i] = before;
-    right[i] = behind;
-    before += static_cast<int32_t>(histogram[kStartLane + axis][i]);
-    behind -= static_cast<int32_t>(histogram[kEndLane + axis][i]);
+  for (uint32_t i = 0; i < binning.bins; i += 8) {
+    const auto starts = load_vector<Int8>(&histogram[kStartLane + axis][i]),
+               ends = load_vector<Int8>(&histogram[kEndLane + axis][i]);
+    const Int8 begun = sums(starts), ended = sums(ends);
+    store_vector(left.data() + i, before + begun - starts);
+    store_vector(right.data() + i, behind - ended + ends);
+    before += begun[7];
+    behind -= ended[7];
   }
   const Int8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
   const float weight = static_cast<float>(count) / static_cast<float>(counted);
