@@ -72,7 +72,8 @@ class BinCounter {
   Histogram& histogram_;
 };
 
-// Counts one of each `stride` neighbors, in no pattern that a mesh might have too. Returns how many.
+// Counts one of each `stride` neighbors, in no pattern that a mesh might have too. Returns their
+// number.
 size_t count_sample(const NodeReferences& references, size_t stride, const Binning& binning, Histogram& histogram) {
   const size_t count = references.count();
   BinCounter counter(binning, histogram);

@@ -67,8 +67,8 @@ struct AxisBounds {
   }
 };
 
-// Tries all bounds as planes, of eight references at a time, and counts the references on both sides.
-// Most of them differ, lie inside the box and cost nothing to find, so that none are left out before.
+// Tries all bounds as planes, of eight references at a time, and counts the references on both
+// sides. To leave out those that repeat or lie outside the box would take longer.
 template <bool kPlanars>
 void count_sides(const LaneBounds& bounds, int axis, const LaneCosts& costs, LaneBest& best) {
   const float *lows = bounds.low[axis], *highs = bounds.high[axis];
