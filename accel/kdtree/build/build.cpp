@@ -130,7 +130,8 @@ bool can_be_hit(const Corners& t) {
   return (differs[0] | differs[1] | differs[2]) != 0;
 }
 
-// Appends references to the triangles first <= i < last of a mesh that can be hit, with their margins.
+// Appends references to the triangles first <= i < last of a mesh that can be hit, with their
+// margins.
 void append_references(const BuildMeshes& meshes, uint32_t geometry, size_t first, size_t last,
                        ReferenceBlocks& references) {
   const TriangleMesh& mesh = meshes.geometries[geometry].mesh;

@@ -55,7 +55,8 @@ class ReferenceBlocks {
 
   // The place of the next reference.
   [[nodiscard]] Reference* end();
-  // Returns the number that fits at end(): at least one. Further writes to the one after them are in vain.
+  // Returns the number that fits at end(): at least one. Further writes to the one after them are
+  // in vain.
   [[nodiscard]] size_t room();
   // Takes what was written at end(), up to `new_end`.
   void advance_to(const Reference* new_end);

@@ -103,8 +103,8 @@ struct SplitScratch {
                                                      const NodeReferences& references, SplitScratch& scratch);
 
 // Tries every bound by counting the references on each side, in quadratic time, which is faster for
-// few references. One run of 1 to kMaxCounted references. Costs are in single precision, and axes shorter
-// than kMinExtent are not split. Splits that cost more than `limit` may be missed.
+// few references. One run of 1 to kMaxCounted references. Costs are in single precision, and axes
+// shorter than kMinExtent are not split. Splits that cost more than `limit` may be missed.
 inline constexpr size_t kMaxCounted = 128;
 inline constexpr float kMinExtent = 1e-30f;
 [[nodiscard]] std::optional<Split> best_split_counted(const Config& config, const Imath::Box3f& box,
