@@ -22,11 +22,7 @@ inline void copy_references(const Reference* from, size_t count, Reference* to) 
 // A growing array of uninitialized references. Growing preserves its first elements.
 class ReferenceBuffer {
  public:
-  ReferenceBuffer() = default;
-  explicit ReferenceBuffer(size_t size) : items_(std::make_unique_for_overwrite<Reference[]>(size)), capacity_(size) {}
-
   [[nodiscard]] Reference* data() { return items_.get(); }
-  [[nodiscard]] size_t capacity() const { return capacity_; }
   void reserve(size_t size, size_t keep);
 
  private:
