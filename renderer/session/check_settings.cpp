@@ -178,7 +178,6 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
         (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
       return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
   if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
-  if (camera.shutter_open()) return not_with("with motion blur");
   if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
   return {};
 }

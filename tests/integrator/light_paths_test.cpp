@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "tests/integrator/motion_scenes.h"
 #include "tests/integrator/place_light.h"
-#include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
 #include "tests/session/same_bits.h"
 
@@ -149,6 +149,69 @@ TEST(LightPaths, AgreeAtPrisms) {
     prism.dispersion = 3.0f;
     expect_agreement(prism, camera_of_sphere(), "prism", 224);
   }
+}
+
+// The light of a lamp without a size, which light paths alone find, while sphere, lamp and camera
+// move: the mean of static images at jittered times, by quarters of the image.
+TEST(LightPaths, AreBlurredLikeAllLight) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass_material(0.0f)},
+                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1)});
+  Node lit;
+  lit.light = 0;
+  scene.lights.push_back(lamp(20.0f));
+  scene.nodes.push_back(lit);
+  scene.scenes[0].nodes.push_back(2);
+  animate(scene, 2, AnimatedProperty::translation, {0, 1}, {0.5f, 6, 0.5f, -1.0f, 5, 1.5f});
+  add_morph(scene, 1, [](const V3f& p) { return V3f(0.3f * p.x, 0, 0); });
+  animate(scene, 1, AnimatedProperty::translation, {0, 1}, {-0.8f, 0, 0, 0.6f, 0.3f, 0.4f});
+  const V3f from(0, 4, 7), to(0.7f, 4.4f, 6.5f);
+  const auto placed = [](const V3f& eye) { return look_at(eye, eye - V3f(0, 3.7f, 7)); };
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 0.6f;
+  const std::vector<M44f> later{placed(to)};
+  const V2i size(48, 32);
+  using Quarters = std::array<double, 4>;
+  const auto found_light = [&](const World& world, const Camera& camera, uint32_t samples, uint32_t seed) {
+    RenderSettings settings = settings_of_sphere(0.0f, samples);
+    settings.seed = seed;
+    settings.guiding = Guiding::off;
+    const std::vector<float> without = render_film(world, camera, settings).resolve(Aov::beauty);
+    settings.integrator.light_paths = 1.0f;
+    const std::vector<float> with = render_film(world, camera, settings).resolve(Aov::beauty);
+    Quarters sums{};
+    for (size_t i = 0; i < with.size(); ++i)
+      sums[i / 3 % static_cast<size_t>(size.x) / 12] += static_cast<double>(with[i]) - static_cast<double>(without[i]);
+    return sums;
+  };
+  std::array<Estimate, 4> moving, still, at_first;
+  const auto add = [](const Quarters& sums, std::array<Estimate, 4>& estimates) {
+    for (size_t q = 0; q < 4; ++q) estimates[q].add(sums[q]);
+  };
+  constexpr uint32_t kSets = 16, kTimes = 12;
+  const auto world = make_posed_world(scene, {.shutter = Shutter{0.0, 1.0}}, accel::Kind::kdtree);
+  const Camera camera(pinhole, placed(from), size, CameraMotion{later, true});
+  for (uint32_t set = 0; set < kSets; ++set) {
+    add(found_light(*world, camera, 32, set), moving);
+    Quarters mean{};
+    for (uint32_t i = 0; i < kTimes; ++i) {
+      const uint32_t number = set * kTimes + i;
+      const float time = (static_cast<float>(i) + to_unit_float(hash_u32(number + 5U))) / kTimes;
+      const auto posed = make_posed_world(scene, {.time_s = static_cast<double>(time)}, accel::Kind::kdtree);
+      const Camera then(pinhole, placed(from * (1.0f - time) + to * time), size);
+      const Quarters sums = found_light(*posed, then, 4, 100 + number);
+      for (size_t q = 0; q < 4; ++q) mean[q] += sums[q] / kTimes;
+      if (i == 0) add(sums, at_first);
+    }
+    add(mean, still);
+  }
+  double change = 0.0;
+  for (size_t q = 0; q < 4; ++q) {
+    const double error = std::hypot(moving[q].standard_error(), still[q].standard_error());
+    EXPECT_NEAR(moving[q].mean(), still[q].mean(), 5.5 * error) << "quarter " << q; // of 15 degrees of freedom
+    EXPECT_LT(error, 0.05 * still[q].mean()) << "quarter " << q;
+    change = std::max(change, std::abs(at_first[q].mean() / still[q].mean() - 1.0));
+  }
+  EXPECT_GT(change, 0.5);
 }
 
 // A prism disperses the light of a lamp without a size, which light paths alone find: the borders

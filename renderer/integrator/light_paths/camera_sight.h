@@ -16,10 +16,11 @@ struct Sight {
   V2f film_px; // position in the image
 };
 
-// Returns where the camera sees a point from a place on its lens, which `lens_u` in [0, 1)^2
-// chooses, inside of the image or beside it; empty if the point is behind the camera.
-[[nodiscard]] inline std::optional<Sight> see(const CameraView& camera, const V3f& point, const V2f& lens_u) {
-  const CameraView::Basis& basis = camera.basis;
+// Returns where the camera sees a point at a time, from a place on its lens, which `lens_u` in [0,
+// 1)^2 chooses, inside of the image or beside it; empty if the point is behind the camera.
+[[nodiscard]] inline std::optional<Sight> see(const CameraView& camera, const V3f& point, const V2f& lens_u,
+                                              float time) {
+  const CameraView::Basis basis = camera.basis_at(time);
   Sight sight;
   const float depth = (point - basis.position).dot(basis.forward);
   if (!(depth > 0.0f)) return std::nullopt;

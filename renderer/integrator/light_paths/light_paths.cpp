@@ -112,7 +112,8 @@ void LightPaths::start(const PixelRect& block, uint32_t pass, LightPathContext& 
 
 void LightPaths::start_path(uint64_t number, LightPathContext& context) const {
   const uint32_t key = hash_combine(hash_u32(seed_ ^ 0x11947a9dU), static_cast<uint32_t>(number >> 32));
-  const std::optional<EmittedPath> started = start_emitted_path(emission, key, static_cast<uint32_t>(number));
+  const std::optional<EmittedPath> started =
+      start_emitted_path(emission, key, static_cast<uint32_t>(number), camera_.shutter_open());
   if (!started) return;
   LightPathContext::Path path;
   path.emitted = started->emitted;
@@ -300,7 +301,7 @@ void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surfa
   if (!within) return;
 
   const std::optional<Sight> sight =
-      see(camera_, surface.position, Draws{path.key, path.index}(kFirstBounce + 2U * path.bounces));
+      see(camera_, surface.position, Draws{path.key, path.index}(kFirstBounce + 2U * path.bounces), ray.time);
   if (!sight) return;
   const auto& [eye, direction, distance, film_px] = *sight;
   const float reach = 0.5f * filter_.width();
@@ -316,7 +317,7 @@ void LightPaths::join_camera(const PathStages& stages, const SurfacePoint& surfa
   Rgb value = seen.eval(to_light);
   if (is_caster(surface.material)) value *= share_of(kShares - seen.narrow_steps(to_light), kShares);
   if (is_black(value)) return;
-  const float density = camera_density(camera_, direction, distance, surface.geometric_normal);
+  const float density = camera_density(camera_, direction, distance, surface.geometric_normal, ray.time);
   const float ratio = ratio_scale(density) * path.emitted.density;
   const Rgb radiance =
       path.throughput * value * (density * light_weight(ratio) / std::abs(to_light.dot(surface.geometric_normal)));
