@@ -259,15 +259,17 @@ TEST(LightPaths, ScenesWithoutCastersKeepTheirBits) {
 }
 
 TEST(LightPaths, PassesAreSpreadEvenly) {
-  std::vector<uint32_t> samples;
-  for (uint32_t sample = 0; sample < 16; ++sample)
-    if (const auto pass = light_path_pass(0.25f, sample)) {
-      EXPECT_EQ(*pass, samples.size());
-      samples.push_back(sample);
-    }
+  std::vector<uint32_t> samples; // that begin a pass
+  for (uint32_t sample = 0; sample < 16; ++sample) {
+    const SampleRange passes = light_path_passes(0.25f, {sample, sample + 1});
+    EXPECT_EQ(passes.first, samples.size());
+    if (!passes.empty()) samples.push_back(sample);
+    EXPECT_EQ(passes.end, samples.size());
+  }
   EXPECT_EQ(samples, (std::vector<uint32_t>{0, 4, 8, 12}));
-  for (uint32_t sample = 0; sample < 16; ++sample) EXPECT_EQ(light_path_pass(1.0f, sample), sample);
-  EXPECT_FALSE(light_path_pass(0.0f, 0));
+  EXPECT_EQ(light_path_passes(0.25f, {3, 14}), (SampleRange{1, 4}));
+  EXPECT_EQ(light_path_passes(1.0f, {5, 9}), (SampleRange{5, 9}));
+  EXPECT_TRUE(light_path_passes(0.0f, {0, 9}).empty());
 }
 
 TEST(Casters, HaveNarrowLobes) {

@@ -4,7 +4,7 @@
 
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/light_paths/casters.h"
-#include "renderer/integrator/light_paths/emitted_path.h"
+#include "renderer/integrator/stages/emitted_path.h"
 #include "renderer/integrator/stages/shade_path.h"
 #include "renderer/light/emission_sampling.h"
 
