@@ -124,6 +124,11 @@ struct CameraView {
   // Returns the basis at a time, static cameras included.
   [[nodiscard]] Basis basis_at(float time) const { return keys.empty() ? basis : moved_basis(time); }
   [[nodiscard]] Basis moved_basis(float time) const;
+  // Returns a film position as Aperture::sample() takes it.
+  [[nodiscard]] V2f field_at(const V2f& film_px) const {
+    const V2f half(0.5f * static_cast<float>(image_px.x), 0.5f * static_cast<float>(image_px.y));
+    return V2f(film_px.x - half.x, half.y - film_px.y) / half.length();
+  }
   [[nodiscard]] CameraRay generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const;
 
   Basis basis;        // at the shutter's opening

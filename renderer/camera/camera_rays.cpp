@@ -40,9 +40,7 @@ CameraRay CameraView::generate_distributed_ray(const V2f& film_px, const V2f& le
   V3f origin = orthographic ? on_film : at.position;
   V3f direction = orthographic ? at.forward : on_film; // of depth 1
   if (lens) {
-    const V2f half(0.5f * static_cast<float>(image_px.x), 0.5f * static_cast<float>(image_px.y));
-    const V2f field = V2f(film_px.x - half.x, half.y - film_px.y) / half.length();
-    const V2f on_lens = lens->aperture.sample(lens_u, field);
+    const V2f on_lens = lens->aperture.sample(lens_u, field_at(film_px));
     const V3f offset = at.right * on_lens.x + at.up * on_lens.y;
     origin += offset;
     direction -= offset * (1.0f / lens->focus_distance_m); // towards origin - offset + direction * focus distance

@@ -25,11 +25,12 @@ Scene sphere_under_lamp(const Material& material, float lamp_radius = 0.0f) {
   return scene;
 }
 
-Camera camera_of_sphere(float f_stop = 0.0f) {
+Camera camera_of_sphere(float f_stop = 0.0f, float cats_eye = 0.0f) {
   SceneCamera camera;
   camera.yfov_rad = 0.6f;
   if (f_stop > 0.0f) {
     camera.lens.f_stop = f_stop;
+    camera.lens.cats_eye = cats_eye;
     camera.lens.focus_distance_m = 6.0f;
   }
   return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), V2i(48, 32)};
@@ -57,10 +58,10 @@ double mean_luminance(const Film& film) {
 }
 
 // A sun without a size and a mirror beside a floor: the floor is lit twice, which no path from the
-// camera can find.
+// camera can find. A lens's barrel that hides most of it towards the corners keeps the brightness.
 TEST(LightPaths, MirrorDoublesTheSun) {
   const float rho = 0.6f, irradiance = 3.0f;
-  for (const bool orthographic : {false, true}) {
+  for (const char* const kind : {"pinhole", "orthographic", "cat's eye"}) {
     Scene scene = make_scene(
         {diffuse_material(Rgb(rho)), metal_material(Rgb(1.0f), 0.0f)},
         {quad(V3f(-2, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 1)});
@@ -71,17 +72,30 @@ TEST(LightPaths, MirrorDoublesTheSun) {
     const auto world = make_world(std::move(scene), accel::Kind::kdtree);
     SceneCamera narrow;
     narrow.yfov_rad = 0.15f;
+    if (std::string(kind) == "cat's eye") {
+      narrow.lens.f_stop = 2.0f;
+      narrow.lens.focus_distance_m = 5.2f;
+      narrow.lens.cats_eye = 1.0f;
+    }
     const M44f above = look_at(V3f(0, 5, 1), V3f(-1, 0, 0));
-    const Camera camera =
-        orthographic ? beam_camera(V3f(0, 5, 1), V3f(-1, 0, 0), 0.8f, V2i(16, 16)) : Camera(narrow, above, V2i(16, 16));
-    RenderSettings settings = small_render(V2i(16, 16), 1024);
+    const Camera camera = std::string(kind) == "orthographic"
+                              ? beam_camera(V3f(0, 5, 1), V3f(-1, 0, 0), 0.8f, V2i(16, 16))
+                              : Camera(narrow, above, V2i(16, 16));
+    RenderSettings settings = small_render(V2i(16, 16), camera.has_lens() ? 4096 : 1024);
     settings.integrator.light_paths = 1.0f;
     const Film film = render_film(*world, camera, settings);
     const double expected = 2.0 * rho * irradiance * std::sqrt(0.5) / std::numbers::pi;
-    Estimate pixels;
-    for (const float value : film.resolve(Aov::beauty)) pixels.add(static_cast<double>(value));
-    EXPECT_NEAR(pixels.mean(), expected, 5.0 * pixels.standard_error()) << orthographic;
-    EXPECT_LT(pixels.standard_error(), 0.006 * expected);
+    Estimate pixels, corners; // of 5 x 5 pixels
+    const std::vector<float> rgb = film.resolve(Aov::beauty);
+    for (size_t i = 0; i < rgb.size(); ++i) {
+      const size_t x = i / 3 % 16, y = i / 48;
+      pixels.add(static_cast<double>(rgb[i]));
+      if ((x < 5 || x > 10) && (y < 5 || y > 10)) corners.add(static_cast<double>(rgb[i]));
+    }
+    EXPECT_NEAR(pixels.mean(), expected, 5.0 * pixels.standard_error()) << kind;
+    EXPECT_NEAR(corners.mean(), expected, 5.0 * corners.standard_error()) << kind;
+    EXPECT_LT(pixels.standard_error(), 0.006 * expected) << kind;
+    EXPECT_LT(corners.standard_error(), 0.01 * expected) << kind;
   }
 }
 
@@ -131,7 +145,10 @@ void expect_agreement(const Material& material, const Camera& camera, const std:
   }
 }
 
-TEST(LightPaths, AgreeThroughALens) { expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f), "glass"); }
+TEST(LightPaths, AgreeThroughALens) {
+  expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f), "glass");
+  expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f, 1.5f), "a cat's eye");
+}
 
 TEST(LightPaths, AgreeAtCoats) {
   Material coated = diffuse_material(Rgb(0.8f, 0.2f, 0.2f));

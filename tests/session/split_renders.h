@@ -18,10 +18,10 @@ enum class SplitKind {
   whitted,
   adaptive, // blocks that stop early, and others
   guided,
-  moving,      // with a lens
-  rates,       // pixels with different numbers of samples
-  light_paths, // as many as a pilot chooses
-  moving_light_paths,
+  moving,             // with a lens
+  rates,              // pixels with different numbers of samples
+  light_paths,        // as many as a pilot chooses
+  moving_light_paths, // clamped
 };
 
 struct SplitCase {
@@ -109,12 +109,11 @@ class SplitScene {
       settings.chooses_light_paths = true;
       settings.planned_samples = 1024; // enough for a pilot
       settings.outliers = Outliers::keep;
-      settings.integrator.light_groups = LightGrouping::off;
       break;
     case SplitKind::moving_light_paths:
       settings.integrator.light_paths = 0.4f;
+      settings.integrator.clamp_indirect = 2.0f;
       settings.outliers = Outliers::keep;
-      settings.integrator.light_groups = LightGrouping::off;
       break;
     }
     return settings;
@@ -138,9 +137,7 @@ class SplitScene {
   [[nodiscard]] bool is_possible(Aov aov) const {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
     if ((kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths) && is_motion(aov)) return false;
-    if (has_light_paths() &&
-        (is_light_pass(aov) || aov == Aov::direct || aov == Aov::indirect || aov == Aov::shadow_catcher))
-      return false;
+    if (has_light_paths() && aov == Aov::shadow_catcher) return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

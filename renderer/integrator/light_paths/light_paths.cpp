@@ -4,12 +4,26 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
 
 #include <cmath>
 
 namespace kindling {
+
+namespace {
+
+// The surface of a joint as the camera sees it; `ray` is that which reached it from the light.
+SeenSurface seen_at(const LightJoint& joint, const PathStages& stages, const SurfacePoint& surface,
+                    const accel::Hit& hit, const accel::Ray& ray) {
+  SeenSurface seen;
+  seen.find(*stages.world, surface.position, -joint.direction, hit, ray.time);
+  seen.look(stages, -joint.direction, false, 0, 0.0f, 0.0f);
+  return seen;
+}
+
+} // namespace
 
 LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_world, const Camera& seen_by,
                        const PixelFilter& filter, uint32_t render_seed)
@@ -100,7 +114,9 @@ bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, a
   if (joint) {
     const float traced =
         context.measures ? traced_ratio(stages, surface, hit, arrived, path, context.arriving[number], *joint) : 0.0f;
-    context.splats.push_back({joint->film_px, joint->radiance, joint->ratio, traced});
+    context.splats.push_back({joint->film_px, joint->radiance, joint->ratio, traced, {}});
+    if (context.splits)
+      context.splats.back().parts = parts_of(stages, *context.splits, surface, hit, arrived, path, *joint);
     context.camera_rays.push_back(joint->sight);
   }
   return continues;
@@ -123,9 +139,7 @@ float LightPaths::arriving_density(const EmittedRay& emitted, const V3f& at) con
 float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                const accel::Ray& ray, const LightPathState& path, float arriving,
                                const LightJoint& joint) const {
-  SeenSurface seen;
-  seen.find(world_, surface.position, -joint.direction, hit, ray.time);
-  seen.look(stages, -joint.direction, false, 0, 0.0f, 0.0f);
+  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray);
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
                     -joint.direction);
   if (stages.patches) guided.guide_to(*stages.patches, seen.surface.position);
@@ -135,6 +149,23 @@ float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& sur
   const float found = path.narrow_probability / (joint.ratio * cosine_over_density);
   const float sampled = path.first_pdf > 0.0f ? 1.0f / (joint.scale * arriving * path.first_pdf) : 0.0f;
   return 1.0f / (found + sampled);
+}
+
+SplatParts LightPaths::parts_of(const PathStages& stages, const LightGroups& groups, const SurfacePoint& surface,
+                                const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
+                                const LightJoint& joint) const {
+  SplatParts parts;
+  if (!groups.names.empty())
+    parts.group = path.emitted.emitter == emission.environment_emitter() ? groups.environment
+                                                                         : groups.of_emitter[path.emitted.emitter];
+  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray);
+  const V3f local = seen.frame.to_local(-ray.direction);
+  const FirstEvent event = event_towards(*seen.bsdf, local, local.z < 0.0f);
+  if (event.kind == FirstEvent::Kind::transmission)
+    parts.passes = {Rgb(0.0f), Rgb(0.0f), Rgb(1.0f)};
+  else
+    parts.passes = {event.diffuse, Rgb(1.0f) - event.diffuse, Rgb(0.0f)};
+  return parts;
 }
 
 void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) const {
@@ -150,8 +181,9 @@ void LightPaths::add_to(const PixelRect& block, const LightPathContext& context,
   film.add_light_paths(block.min, context.path_count);
   const PixelRect& area = film.splat_area();
   for (const LightPathContext::Splat& splat : context.found)
-    visit_splat_pixels(filter_, splat.film_px, area.min, area.max,
-                       [&](const V2i& pixel, float weight) { film.add_splat(pixel, splat.radiance * weight); });
+    visit_splat_pixels(filter_, splat.film_px, area.min, area.max, [&](const V2i& pixel, float weight) {
+      film.add_splat(pixel, splat.radiance * weight, splat.parts);
+    });
 }
 
 } // namespace kindling

@@ -8,6 +8,7 @@
 #include "renderer/light/emission_sampling.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sample_range.h"
+#include "renderer/world/light_groups.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
@@ -26,6 +27,7 @@ struct LightPathContext {
     Rgb radiance;              // times square pixels
     float ratio = 0.0f;        // of the densities of light paths and paths from the camera, for the weight
     float traced_ratio = 0.0f; // the same for paths as they are traced; only if measured
+    SplatParts parts;          // only if split
   };
 
   std::vector<LightPathState> paths;
@@ -38,7 +40,8 @@ struct LightPathContext {
   std::vector<uint8_t> occluded;
   std::vector<Splat> found; // of all paths
   uint64_t path_count = 0;
-  bool measures = false; // finds Splat::traced_ratio, for a pilot
+  bool measures = false;               // finds Splat::traced_ratio, for a pilot
+  const LightGroups* splits = nullptr; // finds Splat::parts; the groups may have no names
 };
 
 // Traces light paths in addition to those from the camera (Arvo 1986, "Backward Ray Tracing"; Veach
@@ -75,6 +78,11 @@ class LightPaths : public LightPathStages {
   [[nodiscard]] float traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                    const accel::Ray& ray, const LightPathState& path, float arriving,
                                    const LightJoint& joint) const;
+  // Returns the parts of the light that light from a joint belongs to, as SplittingSink splits the
+  // light of paths from the camera.
+  [[nodiscard]] SplatParts parts_of(const PathStages& stages, const LightGroups& groups, const SurfacePoint& surface,
+                                    const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
+                                    const LightJoint& joint) const;
   void keep_visible(LightPathContext& context, RayCounters& counters) const;
 
   const World& world_;

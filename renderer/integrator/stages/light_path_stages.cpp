@@ -154,7 +154,7 @@ void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& s
   const std::optional<Sight> sight =
       see(*camera, surface.position, draw_of(path, kFirstLightBounce + 2U * path.bounces), ray.time);
   if (!sight) return;
-  const auto& [eye, direction, distance, film_px] = *sight;
+  const auto& [eye, direction, distance, film_px, sight_weight] = *sight;
   const float reach = 0.5f * filter_width;
   const V2i size = camera->size_px();
   if (!(film_px.x > -reach && film_px.y > -reach && film_px.x < static_cast<float>(size.x) + reach &&
@@ -171,8 +171,11 @@ void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& s
   const float density = camera_density(*camera, direction, distance, surface.geometric_normal, ray.time);
   const float scale = ratio_scale(density);
   const float ratio = scale * path.emitted.density;
-  const Rgb radiance =
-      path.throughput * value * (density * light_weight(ratio) / std::abs(to_light.dot(surface.geometric_normal)));
+  Rgb radiance = path.throughput * value *
+                 (density * sight_weight * light_weight(ratio) / std::abs(to_light.dot(surface.geometric_normal)));
+  // A splat counts in its pixel at most as much as a sample of the largest radiance.
+  const float largest = paths.settings.clamp_indirect * paths_per_pass, peak = max_component(radiance);
+  if (peak > largest) radiance *= largest / peak;
   if (is_black(radiance) || !is_finite(radiance)) return;
   const V3f to_target = offset_ray_origin(seen.surface, -direction) - eye;
   const float target_distance = to_target.length();
