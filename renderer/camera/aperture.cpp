@@ -71,14 +71,21 @@ V2f Aperture::sample(const V2f& u, const V2f& field) const {
   assert(u.x >= 0.0f && u.x <= 1.0f && u.y >= 0.0f && u.y <= 1.0f);
   V2f point = sample_shape(u);
   if (cats_eye_ > 0.0f) {
-    const V2f center = barrel_center(field);
     uint32_t key = hash_combine(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
-    for (int i = 0; i < kMaxTries && (point - center).length2() > 1.0f; ++i) {
-      key = hash_u32(key + 0x9e3779b9U);
-      point = sample_shape({to_unit_float(key), to_unit_float(hash_u32(key ^ 0x85157af5U))});
-    }
+    for (int i = 0; i < kMaxTries && is_hidden(point, field); ++i) point = next_point(key);
   }
   return {point.x * radius_ * width_over_height_, point.y * radius_};
+}
+
+V2f Aperture::next_point(uint32_t& key) const {
+  key = hash_u32(key + 0x9e3779b9U);
+  return sample_shape({to_unit_float(key), to_unit_float(hash_u32(key ^ 0x85157af5U))});
+}
+
+float Aperture::area_ratio(uint32_t key, const V2f& field) const {
+  int points = 1;
+  while (points < kMaxTries && is_hidden(next_point(key), field)) ++points;
+  return static_cast<float>(points);
 }
 
 bool Aperture::contains(const V2f& point_m, const V2f& field) const {

@@ -5,6 +5,8 @@
 #include "renderer/base/math.h"
 #include "renderer/scene/camera_lens.h"
 
+#include <cstdint>
+
 namespace kindling {
 
 // A disk or a regular polygon of at least 3 blades in the plane of the lens, x to the right and y
@@ -22,6 +24,14 @@ class Aperture {
   // 1)^2; stratification is preserved where the barrel hides nothing. Hidden points are replaced by
   // others generated from the bits of u, so the result depends on the arguments alone.
   [[nodiscard]] V2f sample(const V2f& u, const V2f& field) const;
+  // True if the barrel hides a point of the aperture from a place in the image.
+  [[nodiscard]] bool hides(const V2f& point_m, const V2f& field) const {
+    return is_hidden({point_m.x / (radius_ * width_over_height_), point_m.y / radius_}, field);
+  }
+  // Returns an estimate of the area of the whole aperture over that of the part that the barrel
+  // leaves, at least 1, with the right mean: how many points of the aperture are drawn until one is
+  // not hidden. A function of its arguments.
+  [[nodiscard]] float area_ratio(uint32_t key, const V2f& field) const;
   // True if sample() can return this point, up to rounding at the edge.
   [[nodiscard]] bool contains(const V2f& point_m, const V2f& field) const;
   // Returns the radius of a circle of the same vertical extent, before the anamorphic ratio.
@@ -30,7 +40,12 @@ class Aperture {
   [[nodiscard]] float width_over_height() const { return width_over_height_; }
 
  private:
-  [[nodiscard]] V2f sample_shape(const V2f& u) const; // on the unit circle's scale, before the ratio
+  // Points on the unit circle's scale, before the ratio.
+  [[nodiscard]] V2f sample_shape(const V2f& u) const;
+  [[nodiscard]] V2f next_point(uint32_t& key) const;
+  [[nodiscard]] bool is_hidden(const V2f& point, const V2f& field) const {
+    return cats_eye_ > 0.0f && (point - barrel_center(field)).length2() > 1.0f;
+  }
   [[nodiscard]] V2f barrel_center(const V2f& field) const;
 
   float radius_;

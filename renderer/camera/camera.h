@@ -108,7 +108,6 @@ struct CameraView {
 
   // Returns the depth along the axis of the camera at that time, from the plane of its position.
   [[nodiscard]] float depth(const V3f& p_world, float time) const {
-    if (keys.empty()) return (p_world - basis.position).dot(basis.forward);
     const Basis then = basis_at(time);
     return (p_world - then.position).dot(then.forward);
   }
@@ -122,7 +121,14 @@ struct CameraView {
   [[nodiscard]] bool shutter_open() const { return opens_shutter; }
 
   [[nodiscard]] Basis make_basis(const V3f& right, const V3f& up, const V3f& back, const V3f& position) const;
-  [[nodiscard]] Basis basis_at(float time) const;
+  // Returns the basis at a time, static cameras included.
+  [[nodiscard]] Basis basis_at(float time) const { return keys.empty() ? basis : moved_basis(time); }
+  [[nodiscard]] Basis moved_basis(float time) const;
+  // Returns a film position as Aperture::sample() takes it.
+  [[nodiscard]] V2f field_at(const V2f& film_px) const {
+    const V2f half(0.5f * static_cast<float>(image_px.x), 0.5f * static_cast<float>(image_px.y));
+    return V2f(film_px.x - half.x, half.y - film_px.y) / half.length();
+  }
   [[nodiscard]] CameraRay generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const;
 
   Basis basis;        // at the shutter's opening

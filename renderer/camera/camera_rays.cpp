@@ -21,7 +21,7 @@ CameraView::Basis CameraView::make_basis(const V3f& right, const V3f& up, const 
 
 // Quaternions are interpolated linearly and normalized: between keys 10 degrees apart the deviation
 // from a uniform rotation is below 0.002 degrees, and no machine-dependent functions are needed.
-CameraView::Basis CameraView::basis_at(float time) const {
+CameraView::Basis CameraView::moved_basis(float time) const {
   assert(keys.size() >= 2);
   const float at = time * static_cast<float>(keys.size() - 1);
   const size_t first = std::min(static_cast<size_t>(std::max(0.0f, at)), keys.size() - 2);
@@ -35,14 +35,12 @@ CameraView::Basis CameraView::basis_at(float time) const {
 
 // Handles moving cameras and lenses.
 CameraRay CameraView::generate_distributed_ray(const V2f& film_px, const V2f& lens_u, float time) const {
-  const Basis at = keys.empty() ? basis : basis_at(time);
+  const Basis at = basis_at(time);
   const V3f on_film = at.film_corner + at.film_dx * film_px.x + at.film_dy * film_px.y;
   V3f origin = orthographic ? on_film : at.position;
   V3f direction = orthographic ? at.forward : on_film; // of depth 1
   if (lens) {
-    const V2f half(0.5f * static_cast<float>(image_px.x), 0.5f * static_cast<float>(image_px.y));
-    const V2f field = V2f(film_px.x - half.x, half.y - film_px.y) / half.length();
-    const V2f on_lens = lens->aperture.sample(lens_u, field);
+    const V2f on_lens = lens->aperture.sample(lens_u, field_at(film_px));
     const V3f offset = at.right * on_lens.x + at.up * on_lens.y;
     origin += offset;
     direction -= offset * (1.0f / lens->focus_distance_m); // towards origin - offset + direction * focus distance

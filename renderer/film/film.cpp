@@ -28,6 +28,12 @@ void store_mean(const Sum (&sum)[3], double by, float* out) {
   for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c].value() / by);
 }
 
+// The mean of samples plus that of light paths.
+template <typename Sum>
+void store_mean(const Sum (&sum)[3], double by, const Sum (&splats)[3], double light_paths, float* out) {
+  for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(sum[c].value() / by + splats[c].value() / light_paths);
+}
+
 // Returns the variance of the mean r = sum(w y) / sum(w). To first order it is
 // sum(w^2 (y - r)^2) / sum(w)^2 (Cochran, "Sampling Techniques", 3rd ed., section 6.4), times
 // n / (n - 1). With equal weights that is exactly the unbiased s^2 / n.
@@ -46,9 +52,9 @@ static_assert(std::endian::native == std::endian::little);
 
 template <typename ThisFilm, typename Visit>
 void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
-  const auto visit_if_present = [&](std::string_view name, auto& records, size_t per_pixel) {
+  const auto visit_if_present = [&](std::string_view name, auto& records, size_t per_pixel, bool of_splats = false) {
     static_assert(std::is_trivially_copyable_v<typename std::remove_reference_t<decltype(records)>::value_type>);
-    if (!records.empty()) visit(name, records, per_pixel);
+    if (!records.empty()) visit(name, records, per_pixel, of_splats);
   };
   visit_if_present("beauty", film.sums_, 1);
   visit_if_present("variance", film.moments_, 1);
@@ -61,7 +67,9 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("lobe colors", film.colors_, 1);
   visit_if_present("nearest", film.nearest_, 1);
   visit_if_present("shadow catcher", film.catchers_, 1);
-  visit_if_present("splats", film.splats_, 1);
+  visit_if_present("splats", film.splats_, 1, true);
+  visit_if_present("splat groups", film.splat_groups_, film.light_groups_.size(), true);
+  visit_if_present("splat passes", film.splat_passes_, film.splat_pass_count_, true);
 }
 
 Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(size_px), crop_(crop), aovs_(aovs) {
@@ -85,6 +93,7 @@ void Film::trim_outliers() { blocks_ = ZeroedArray<ColorSum>(sums_.size() * (kOu
 void Film::split_by_light_groups(std::vector<std::string> names) {
   light_groups_ = std::move(names);
   groups_ = ZeroedArray<RadianceSum>(sums_.size() * light_groups_.size());
+  allocate_splat_groups();
 }
 
 Film Film::cut(const PixelRect& crop) const {
@@ -135,8 +144,15 @@ void Film::add(const Film& part) {
   assert(part.splats_.empty() || splat_area_.contains(part.splat_area_));
   if (!splats_.empty() && !part.splats_.empty())
     tbb::parallel_for(part.splat_area_.min.y, part.splat_area_.max.y, [&](int y) {
-      for (int x = part.splat_area_.min.x; x < part.splat_area_.max.x; ++x)
-        splats_[splat_index({x, y})].add(part.splats_[part.splat_index({x, y})]);
+      const V2i first(part.splat_area_.min.x, y);
+      const auto add_row = [&](auto& sums, const auto& of_part, size_t per_pixel) {
+        const size_t count = sums.empty() ? 0 : static_cast<size_t>(part.splat_area_.width()) * per_pixel;
+        for (size_t i = 0; i < count; ++i)
+          sums[splat_index(first) * per_pixel + i].add(of_part[part.splat_index(first) * per_pixel + i]);
+      };
+      add_row(splats_, part.splats_, 1);
+      add_row(splat_groups_, part.splat_groups_, light_groups_.size());
+      add_row(splat_passes_, part.splat_passes_, splat_pass_count_);
     });
   if (mattes_.empty()) return;
   tbb::parallel_for(part.crop_.min.y, part.crop_.max.y, [&](int y) {
@@ -167,16 +183,16 @@ void Film::add(const PixelRect& block, const FilmView& part) {
 
 std::vector<Film::ConstPlane> Film::planes() const {
   std::vector<ConstPlane> planes;
-  for_each_plane(*this, [&](std::string_view name, const auto& records, size_t per_pixel) {
-    planes.push_back({name, sizeof records[0] * per_pixel, std::as_bytes(std::span(records))});
+  for_each_plane(*this, [&](std::string_view name, const auto& records, size_t per_pixel, bool of_splats) {
+    planes.push_back({name, sizeof records[0] * per_pixel, std::as_bytes(std::span(records)), of_splats});
   });
   return planes;
 }
 
 std::vector<Film::Plane> Film::planes() {
   std::vector<Plane> planes;
-  for_each_plane(*this, [&](std::string_view name, auto& records, size_t per_pixel) {
-    planes.push_back({name, sizeof records[0] * per_pixel, std::as_writable_bytes(std::span(records))});
+  for_each_plane(*this, [&](std::string_view name, auto& records, size_t per_pixel, bool of_splats) {
+    planes.push_back({name, sizeof records[0] * per_pixel, std::as_writable_bytes(std::span(records)), of_splats});
   });
   return planes;
 }
@@ -236,10 +252,10 @@ void Film::resolve_pixel(Aov aov, size_t index, double light_paths, float* out) 
         for (int c = 0; c < 3; ++c) out[c] = (*mean)[c];
         return;
       }
-    store_mean(sum.rgb, by, out);
     if (light_paths > 0.0)
-      for (int c = 0; c < 3; ++c)
-        out[c] = static_cast<float>(sum.rgb[c].value() / by + splat_at(index).rgb[c].value() / light_paths);
+      store_mean(sum.rgb, by, splats_[splat_index_at(index)].rgb, light_paths, out);
+    else
+      store_mean(sum.rgb, by, out);
     return;
   // Negative lobes of the filter can move means at edges out of [0, 1].
   case Aov::alpha: out[0] = static_cast<float>(std::clamp(opacity(index) / by, 0.0, 1.0)); return;
@@ -264,13 +280,15 @@ void Film::resolve_pixel(Aov aov, size_t index, double light_paths, float* out) 
       const double difference = beauty - emission - direct;
       // Radiance was summed in single precision; differences within its rounding count as 0.
       const double rounding = 1e-6 * (std::abs(beauty) + std::abs(emission) + std::abs(direct));
-      out[c] = std::abs(difference) <= rounding ? 0.0f : static_cast<float>(difference / by);
+      const double of_samples = std::abs(difference) <= rounding ? 0.0 : difference / by;
+      const double of_splats = light_paths > 0.0 ? splats_[splat_index_at(index)].rgb[c].value() / light_paths : 0.0;
+      out[c] = static_cast<float>(of_samples + of_splats);
     }
     return;
   default: break;
   }
   if (is_light_pass(aov))
-    resolve_light(aov, index, out);
+    resolve_light(aov, index, light_paths, out);
   else if (is_of_nearest(aov) && !nearest_.empty())
     nearest_[index].resolve(aov, out);
   else if (aov == Aov::shadow_catcher && !catchers_.empty())
@@ -290,7 +308,7 @@ void Film::resolve_behind(size_t index, double by, float* out) const {
     out[c] = static_cast<float>(std::max(background + caught.weight.value() * caught.lit(c), 0.0) / by);
 }
 
-void Film::resolve_light(Aov aov, size_t index, float* out) const {
+void Film::resolve_light(Aov aov, size_t index, double light_paths, float* out) const {
   const double by = divisor(sums_[index].weight.value(), sums_[index].samples);
   switch (aov) {
   case Aov::diffuse_color:
@@ -306,7 +324,15 @@ void Film::resolve_light(Aov aov, size_t index, float* out) const {
   }
   const size_t pass = static_cast<size_t>(aov) - static_cast<size_t>(Aov::diffuse_direct);
   assert(aov >= Aov::diffuse_direct && pass < kLightPassCount);
-  if (pass_slots_[pass] != kNotStored) store_mean(passes_[index * pass_count_ + pass_slots_[pass]].rgb, by, out);
+  if (pass_slots_[pass] == kNotStored) return;
+  const RadianceSum& sum = passes_[index * pass_count_ + pass_slots_[pass]];
+  const auto* const of_splats = std::find(kSplatPasses.begin(), kSplatPasses.end(), static_cast<LightPass>(pass));
+  if (of_splats == kSplatPasses.end() || !(light_paths > 0.0)) {
+    store_mean(sum.rgb, by, out);
+    return;
+  }
+  const size_t slot = splat_slots_[static_cast<size_t>(of_splats - kSplatPasses.begin())];
+  store_mean(sum.rgb, by, splat_passes_[splat_index_at(index) * splat_pass_count_ + slot].rgb, light_paths, out);
 }
 
 std::vector<float> Film::resolve(Aov aov) const {
@@ -322,12 +348,18 @@ std::vector<float> Film::resolve(Aov aov) const {
 std::vector<float> Film::resolve_light_group(size_t group) const {
   assert(group < light_groups_.size());
   std::vector<float> values(sums_.size() * 3, 0.0f);
+  const double paths = light_paths();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       const PixelSum& sum = sums_[i];
       if (sum.samples == 0) continue;
-      store_mean(groups_[i * light_groups_.size() + group].rgb, divisor(sum.weight.value(), sum.samples),
-                 values.data() + i * 3);
+      const double by = divisor(sum.weight.value(), sum.samples);
+      const RadianceSum& of_samples = groups_[i * light_groups_.size() + group];
+      if (paths > 0.0)
+        store_mean(of_samples.rgb, by, splat_groups_[splat_index_at(i) * light_groups_.size() + group].rgb, paths,
+                   values.data() + i * 3);
+      else
+        store_mean(of_samples.rgb, by, values.data() + i * 3);
     }
   });
   return values;

@@ -110,9 +110,9 @@ class Film {
   [[nodiscard]] bool has_splats() const { return !splats_.empty(); }
   // Returns the pixels that splats can be added to; empty without splats.
   [[nodiscard]] const PixelRect& splat_area() const { return splat_area_; }
-  // Adds what a light path contributes to a pixel, which must be inside of splat_area().
-  // Thread-safe among calls of this function.
-  void add_splat(const V2i& pixel, const Rgb& radiance);
+  // Adds what a light path contributes to a pixel, which must be inside of splat_area(), and to the
+  // light groups and passes there. Thread-safe among calls of this function.
+  void add_splat(const V2i& pixel, const Rgb& radiance, const SplatParts& parts = {});
   // Counts light paths that belong to samples of `pixel`; they need not have added anything. The
   // beauty contains the sum of all splats at a pixel over the number of paths of the whole film.
   void add_light_paths(const V2i& pixel, uint64_t count) {
@@ -157,11 +157,13 @@ class Film {
     std::string_view name; // unique, at most 31 characters
     size_t bytes_per_pixel = 0;
     std::span<const std::byte> bytes;
+    bool of_splats = false; // records are those of splat_area()
   };
   struct Plane {
     std::string_view name;
     size_t bytes_per_pixel = 0;
     std::span<std::byte> bytes;
+    bool of_splats = false;
   };
   [[nodiscard]] std::vector<ConstPlane> planes() const;
   [[nodiscard]] std::vector<Plane> planes();
@@ -204,14 +206,16 @@ class Film {
     return static_cast<size_t>(pixel.y - splat_area_.min.y) * static_cast<size_t>(splat_area_.width()) +
            static_cast<size_t>(pixel.x - splat_area_.min.x);
   }
-  [[nodiscard]] const SplatSum& splat_at(size_t index) const; // of the pixel with this index_of()
-  void cut_splats(Film& part) const;                          // of cut()
+  [[nodiscard]] size_t splat_index_at(size_t index) const; // of the pixel with this index_of()
+  void cut_splats(Film& part) const;                       // of cut()
+  void allocate_splat_groups();
 
   [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, double light_paths, float* out) const;
   [[nodiscard]] double light_paths() const; // of all pixels
   [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
-  void resolve_light(Aov aov, size_t index, float* out) const; // light passes and colors of lobes
+  // Resolves light passes and colors of lobes.
+  void resolve_light(Aov aov, size_t index, double light_paths, float* out) const;
   [[nodiscard]] double opacity(size_t index) const;
   void resolve_behind(size_t index, double by, float* out) const; // Aov::shadow_catcher
   [[nodiscard]] std::optional<Rgb> trimmed(size_t index) const;
@@ -235,9 +239,13 @@ class Film {
   static constexpr uint8_t kNotStored = 0xff;
   std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
   size_t pass_count_ = 0;
-  ZeroedArray<NearestSample> nearest_; // only if AovSet::needs_nearest()
-  ZeroedArray<CatcherSum> catchers_;   // only with Aov::shadow_catcher
-  ZeroedArray<SplatSum> splats_;       // of splat_area_; only with enable_splats()
+  ZeroedArray<NearestSample> nearest_;                     // only if AovSet::needs_nearest()
+  ZeroedArray<CatcherSum> catchers_;                       // only with Aov::shadow_catcher
+  ZeroedArray<SplatSum> splats_;                           // of splat_area_; only with enable_splats()
+  ZeroedArray<RadianceSum> splat_groups_;                  // one for each of light_groups_
+  ZeroedArray<RadianceSum> splat_passes_;                  // splat_pass_count_ for each pixel
+  std::array<uint8_t, kSplatPasses.size()> splat_slots_{}; // by kSplatPasses: its place among these
+  size_t splat_pass_count_ = 0;
   PixelRect splat_area_;
   std::shared_ptr<SplatLocks> splat_locks_; // copies of a film may share them
   MatteSums mattes_;                        // only with AovSet::has_mattes()

@@ -3,11 +3,14 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/film/aov.h"
 #include "renderer/film/film_sums.h"
 #include "renderer/film/film_surface.h"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace kindling {
@@ -21,6 +24,17 @@ struct RadianceSum {
   }
 };
 static_assert(sizeof(RadianceSum) == 48);
+
+// The passes that light paths add to: their light has been reflected before.
+inline constexpr std::array kSplatPasses{LightPass::diffuse_indirect, LightPass::glossy_indirect,
+                                         LightPass::transmission_indirect};
+
+// The parts of the light that a light path's belongs to.
+struct SplatParts {
+  uint8_t group = 0; // index into Film::light_groups()
+  // Fractions of kSplatPasses by channel, which sum to 1 up to rounding.
+  std::array<Rgb, kSplatPasses.size()> passes{Rgb(0.0f), Rgb(0.0f), Rgb(0.0f)};
+};
 
 // Sums of the albedos of the lobes of the first surface.
 struct LobeColorSum {

@@ -63,6 +63,7 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   auto context = std::make_unique<PathContext>(size, direct_samples, aovs_);
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
     context->split_light = std::make_unique<SplitLight>(size, size * direct_samples, light_groups_.names.size());
+  if (!light_groups_.names.empty() || aovs_.needs_light_passes()) context->light_paths.splits = &light_groups_;
   if (unshaded_) context->caught = std::make_unique<CaughtPaths>(size, unshaded_->make_path_context());
   return context;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/film/aov.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/integrator/stages/path_state.h"
@@ -23,6 +24,17 @@ struct FirstEvent {
   Kind kind = Kind::none;
   Rgb diffuse{0.0f}; // fraction by channel
 };
+
+// Returns the event of light that a surface scatters from a local direction, on its other side if
+// `beyond`: it is split like the BSDF's value.
+[[nodiscard]] inline FirstEvent event_towards(const SurfaceBsdf& bsdf, const V3f& wi, bool beyond) {
+  if (beyond) return {FirstEvent::Kind::transmission, Rgb(0.0f)};
+  const Rgb all = bsdf.eval(wi).value, diffuse = bsdf.diffuse_value(wi);
+  FirstEvent event{FirstEvent::Kind::reflection, Rgb(0.0f)};
+  for (int c = 0; c < 3; ++c)
+    if (all[c] > 0.0f) event.diffuse[c] = std::min(diffuse[c] / all[c], 1.0f);
+  return event;
+}
 
 // One thread's sums of the paths of a batch, by slot. Sized once.
 struct SplitLight {

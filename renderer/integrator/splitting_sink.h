@@ -26,7 +26,7 @@ struct SplittingSink : BatchSink {
                      const PathInFlight& path) const {
     if (path.state.bounce != 0) return;
     split_light().firsts[path.slot] = scattered.pdf > 0.0f || scattered.cosine < 0.0f
-                                          ? event_towards(vertex, scattered.wi, scattered.cosine < 0.0f)
+                                          ? event_at(vertex, scattered.wi, scattered.cosine < 0.0f)
                                           : FirstEvent{FirstEvent::Kind::reflection, Rgb(0.0f)}; // a mirror
   }
   // A medium that the path has entered at its first surface.
@@ -41,7 +41,7 @@ struct SplittingSink : BatchSink {
     BatchSink::offer_light(vertex, light, contribution);
     const bool beyond = light.wi.dot(vertex.frame.normal) < 0.0f;
     split_light().shadows.push_back(
-        {groups.names.empty() ? uint8_t{0} : groups.of(light), event_towards(vertex, light.wi, beyond)});
+        {groups.names.empty() ? uint8_t{0} : groups.of(light), event_at(vertex, light.wi, beyond)});
   }
 
   void split_emission(const PathInFlight& path, const accel::Hit& hit, const SurfacePoint& surface,
@@ -67,14 +67,8 @@ struct SplittingSink : BatchSink {
     const PathState& state = path.state;
     split_light().add(path.slot, group, state.light_class(state.bounce), split_light().firsts[path.slot], seen, light);
   }
-  static FirstEvent event_towards(const PathStages::Vertex& vertex, const V3f& wi, bool beyond) {
-    if (beyond) return {FirstEvent::Kind::transmission, Rgb(0.0f)};
-    const V3f local = vertex.frame.to_local(wi);
-    const Rgb all = vertex.bsdf.bsdf().eval(local).value, diffuse = vertex.bsdf.bsdf().diffuse_value(local);
-    FirstEvent event{FirstEvent::Kind::reflection, Rgb(0.0f)};
-    for (int c = 0; c < 3; ++c)
-      if (all[c] > 0.0f) event.diffuse[c] = std::min(diffuse[c] / all[c], 1.0f);
-    return event;
+  static FirstEvent event_at(const PathStages::Vertex& vertex, const V3f& wi, bool beyond) {
+    return event_towards(vertex.bsdf.bsdf(), vertex.frame.to_local(wi), beyond);
   }
 };
 

@@ -9,19 +9,30 @@ namespace kindling {
 
 namespace {
 
+// The mean over the keys of a triangle that moves.
 float triangle_power(const EmissionView& emission, uint32_t number) {
   const LightSetView& lights = *emission.lights;
-  const LightSetView::Triangle& t = lights.triangles[number];
   // The texel in the middle may be black where others are not.
   const float bright = std::max(luminance(lights.emission_at(number, 1.0f / 3.0f, 1.0f / 3.0f)),
-                                0.1f * luminance(lights.emissions[t.emission].factor));
-  const V3f middle = (t.p0 + t.p1 + t.p2) * (1.0f / 3.0f);
-  return bright * 0.5f * double_area_normal(t).length() * emission.solid_angle(middle);
+                                0.1f * luminance(lights.emissions[lights.triangles[number].emission].factor));
+  const uint32_t last = lights.moves(number) ? lights.moving[number - lights.first_moving].count : 0;
+  float sum = 0.0f;
+  for (uint32_t key = 0; key <= last; ++key) {
+    const LightSetView::Triangle t = lights.triangle_at_key(number, key);
+    const V3f middle = (t.p0 + t.p1 + t.p2) * (1.0f / 3.0f);
+    sum += bright * 0.5f * double_area_normal(t).length() * emission.solid_angle(middle);
+  }
+  return sum / static_cast<float>(last + 1);
 }
 
 float punctual_power(const EmissionView& emission, const LightSetView::Punctual& light) {
   const bool in_sky = light.kind == LightSetView::Punctual::Kind::directional;
-  return light.luminance * (in_sky ? emission.disk_area : emission.solid_angle(light.position));
+  if (in_sky) return light.luminance * emission.disk_area;
+  if (light.key_count == 0) return light.luminance * emission.solid_angle(light.position);
+  float sum = 0.0f;
+  for (const LightFrame& frame : emission.lights->frames.subspan(light.first_key, light.key_count))
+    sum += emission.solid_angle(frame.position);
+  return light.luminance * sum / static_cast<float>(light.key_count);
 }
 
 // Estimates the light of the bright places of the environment on the cross section of a sphere.

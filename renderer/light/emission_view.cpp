@@ -74,15 +74,16 @@ float EmissionView::disk_density(const V3f& point, const V3f& direction) const {
   return inside / disk_area;
 }
 
-float EmissionView::triangle_density(uint32_t triangle, const V3f& point, const V3f& direction, float cosine) const {
+float EmissionView::triangle_density(uint32_t triangle, const V3f& point, const V3f& direction, float cosine,
+                                     float time) const {
   assert(triangle < lights->triangles.size());
-  const float area = 0.5f * double_area_normal(lights->triangles[triangle]).length();
+  const float area = 0.5f * double_area_normal(triangle_at(triangle, time)).length();
   return probability(triangle) * direction_density(point, direction) / (area * std::abs(cosine));
 }
 
-float EmissionView::punctual_density(uint32_t number, const V3f& point, const V3f& direction) const {
+float EmissionView::punctual_density(uint32_t number, const V3f& point, const V3f& direction, float time) const {
   assert(number < lights->punctuals.size());
-  const LightSetView::Punctual& light = lights->punctuals[number];
+  const LightSetView::Punctual light = punctual_at(number, time);
   const float chance = probability(lights->triangles.size() + number);
   if (light.kind == Kind::directional) {
     const float through = chance * disk_density(point, direction);
@@ -98,6 +99,7 @@ std::optional<EmittedRay> EmissionView::sample(const EmissionDraws& draws) const
   assert(!empty());
   const auto after = std::upper_bound(cdf.begin() + 1, cdf.end() - 1, draws.light);
   EmittedRay ray;
+  ray.time = draws.time;
   ray.emitter = static_cast<uint32_t>(after - cdf.begin()) - 1;
   ray.probability = probability(ray.emitter);
   if (!(ray.probability > 0.0f)) return std::nullopt;
@@ -116,7 +118,7 @@ std::optional<EmittedRay> EmissionView::sample(const EmissionDraws& draws) const
 }
 
 bool EmissionView::emit_from_triangle(const EmissionDraws& draws, EmittedRay& ray) const {
-  const LightSetView::Triangle& triangle = lights->triangles[ray.emitter];
+  const LightSetView::Triangle triangle = triangle_at(ray.emitter, ray.time);
   const V2f at = sample_uniform_triangle(draws.position);
   ray.origin = triangle.p0 * (1.0f - at.x - at.y) + triangle.p1 * at.x + triangle.p2 * at.y;
   const EmissionTarget& target =
@@ -128,17 +130,17 @@ bool EmissionView::emit_from_triangle(const EmissionDraws& draws, EmittedRay& ra
   if (!(cosine > 0.0f || (cosine < 0.0f && emission.two_sided))) return false;
   ray.radiance = lights->emission_at(ray.emitter, at.x, at.y) *
                  LightSetView::through_coat(emission, cosine > 0.0f, std::abs(cosine));
-  ray.density = triangle_density(ray.emitter, ray.origin, ray.direction, cosine);
+  ray.density = triangle_density(ray.emitter, ray.origin, ray.direction, cosine, ray.time);
   ray.finite_density = ray.density;
   return true;
 }
 
 void EmissionView::emit_from_sphere(uint32_t number, const EmissionDraws& draws, EmittedRay& ray) const {
-  const LightSetView::Punctual& light = lights->punctuals[number];
+  const LightSetView::Punctual light = punctual_at(number, ray.time);
   const EmissionTarget& target =
       choose_target(targets, draws.target, [&](const EmissionTarget& t) { return one_minus_cos(t, light.position); });
   ray.direction = sample_towards(target, light.position, draws.direction);
-  ray.density = punctual_density(number, light.position, ray.direction);
+  ray.density = punctual_density(number, light.position, ray.direction, ray.time);
   ray.finite_density =
       light.radius > 0.0f ? ray.density : ray.probability * direction_density(light.position, ray.direction);
   const V2f on_disk = sample_uniform_disk(draws.position);
@@ -155,13 +157,13 @@ V3f EmissionView::sample_disks(const EmissionDraws& draws, const V3f& direction)
 }
 
 void EmissionView::emit_from_sun(uint32_t number, const EmissionDraws& draws, EmittedRay& ray) const {
-  const LightSetView::Punctual& light = lights->punctuals[number];
+  const LightSetView::Punctual light = punctual_at(number, ray.time);
   ray.direction = light.axis;
   if (light.radius > 0.0f)
     ray.direction = -Frame::around(-light.axis).to_world(sample_even_cone(draws.direction, light.one_minus_cos));
   const V3f through = sample_disks(draws, ray.direction);
   ray.origin = through - ray.direction * reach;
-  ray.density = punctual_density(number, through, ray.direction);
+  ray.density = punctual_density(number, through, ray.direction, ray.time);
   ray.finite_density = light.radius > 0.0f ? ray.density : ray.probability * disk_density(through, ray.direction);
 }
 
@@ -177,7 +179,8 @@ void EmissionView::emit_from_environment(const EmissionDraws& draws, EmittedRay&
 
 Rgb EmissionView::radiance(const EmittedRay& ray, const V3f& at) const {
   if (ray.emitter < lights->triangles.size() || ray.emitter == environment_emitter()) return ray.radiance;
-  const LightSetView::Punctual& light = lights->punctuals[ray.emitter - lights->triangles.size()];
+  const LightSetView::Punctual light =
+      punctual_at(ray.emitter - static_cast<uint32_t>(lights->triangles.size()), ray.time);
   const float per_size = light.radius > 0.0f ? kInvPi / square(light.radius) : 1.0f;
   if (light.kind == Kind::directional) return light.intensity * per_size;
   return light.intensity * lights->attenuated(light, -ray.direction, (light.position - at).length(), per_size);

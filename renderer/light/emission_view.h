@@ -23,6 +23,7 @@ struct EmissionDraws {
   float target = 0.0f;
   V2f position{0.0f};
   V2f direction{0.0f};
+  float time = 0.0f; // 0 if nothing moves
 };
 
 // A ray that a light emits. Densities are those of rays: per square meter perpendicular to the ray
@@ -30,6 +31,7 @@ struct EmissionDraws {
 struct EmittedRay {
   V3f origin;
   V3f direction;               // unit
+  float time = 0.0f;           // in [0, 1] over the shutter
   uint32_t emitter = 0;        // triangles first, then LightSetView::punctuals, then the environment
   Rgb radiance{0.0f};          // of triangles and the environment; of others see EmissionView::radiance()
   float probability = 1.0f;    // of the emitter
@@ -44,7 +46,10 @@ struct EmittedRay {
 // direction within their disk in the sky, and a point of a disk around a target, in proportion to
 // its area; so does the environment, whose directions are those of light samples.
 //
-// Immutable, thread-safe, no allocation. Static lights only.
+// Moving lights emit from where they are at the time of the ray, and all densities take that time.
+// The probability of an emitter and the targets are the same at all times.
+//
+// Immutable, thread-safe, no allocation.
 struct EmissionView {
   // Empty: no light reaches a target from the chosen emitter (counts as zero).
   [[nodiscard]] std::optional<EmittedRay> sample(const EmissionDraws& draws) const;
@@ -56,8 +61,10 @@ struct EmissionView {
   // Return `EmittedRay::density` of a ray that leaves a light at `point`, or passes through it,
   // along `direction` (unit); 0 if sample() does not return it. `cosine` is that between the
   // direction and the triangle's normal.
-  [[nodiscard]] float triangle_density(uint32_t triangle, const V3f& point, const V3f& direction, float cosine) const;
-  [[nodiscard]] float punctual_density(uint32_t number, const V3f& point, const V3f& direction) const;
+  [[nodiscard]] float triangle_density(uint32_t triangle, const V3f& point, const V3f& direction, float cosine,
+                                       float time = 0.0f) const;
+  [[nodiscard]] float punctual_density(uint32_t number, const V3f& point, const V3f& direction,
+                                       float time = 0.0f) const;
   // For a direction to the sky, -direction: its density and radiance in the environment.
   [[nodiscard]] float environment_density(const EnvironmentEval& sky, const V3f& point, const V3f& direction) const {
     if (!is_bright(sky.radiance)) return 0.0f;
@@ -84,6 +91,14 @@ struct EmissionView {
   void emit_from_sun(uint32_t number, const EmissionDraws& draws, EmittedRay& ray) const;
   void emit_from_environment(const EmissionDraws& draws, EmittedRay& ray) const;
   [[nodiscard]] V3f sample_disks(const EmissionDraws& draws, const V3f& direction) const;
+  // Return lights as they are at a time.
+  [[nodiscard]] LightSetView::Triangle triangle_at(uint32_t number, float time) const {
+    return lights->moves(number) ? lights->posed_triangle(number, time) : lights->triangles[number];
+  }
+  [[nodiscard]] LightSetView::Punctual punctual_at(uint32_t number, float time) const {
+    const LightSetView::Punctual& light = lights->punctuals[number];
+    return light.key_count == 0 ? light : lights->posed(light, time);
+  }
 
   const LightSetView* lights = nullptr;
   std::span<const EmissionTarget> targets;

@@ -319,8 +319,8 @@ std::vector<StoredPlane> planes_of(const AccumulationHeader& header, const Pixel
   film.split_by_light_groups(header.light_groups);
   std::vector<StoredPlane> planes;
   for (const Film::Plane& plane : film.planes())
-    planes.push_back({std::string(plane.name), plane.bytes_per_pixel, pixels});
-  if (header.splat_area) planes.back().records = static_cast<size_t>(header.splat_area->pixel_count());
+    planes.push_back({std::string(plane.name), plane.bytes_per_pixel,
+                      plane.of_splats ? static_cast<size_t>(header.splat_area->pixel_count()) : pixels});
   if (header.adaptive) {
     planes.push_back({"stop_at", sizeof(AdaptiveState::stop_at[0]), block_count(area)});
     planes.push_back({"rays", sizeof(AdaptiveState::rays[0]), block_count(area)});

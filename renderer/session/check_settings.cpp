@@ -83,7 +83,6 @@ Result<void> check_catchers(const RenderSettings& settings) {
                   "' has none; use --integrator path");
   if (settings.adaptive.enabled())
     return refuse("--shadow-catcher: not with --noise-threshold, which does not measure the noise of shadows");
-  if (!settings.catchers) return refuse("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
   return {};
 }
 
@@ -93,7 +92,6 @@ Result<void> check_motion(const RenderSettings& settings, const Camera& camera) 
   if (camera.shutter_open())
     return refuse(flag + ": not with motion blur, whose pixels show many times; leave out the shutter, such as by "
                          "--shutter 0,0");
-  if (!settings.motion) return refuse(flag + ": needs RenderSettings::motion, the frames before and after");
   return {};
 }
 
@@ -109,7 +107,6 @@ Result<void> check_first_hits(const RenderSettings& settings) {
   if (!aovs.has_mattes()) return {};
   if (settings.integrator.kind == IntegratorKind::whitted)
     return refuse("--cryptomatte: not with --integrator whitted, whose samples are divided among surfaces; use path");
-  if (!settings.names) return refuse("mattes need RenderSettings::names, the names of the scene's objects");
   return {};
 }
 
@@ -124,6 +121,17 @@ Result<void> check_adaptive(const RenderSettings& settings) {
       (settings.adaptive.min_samples_per_pixel < kMinSamples || settings.adaptive.min_samples_per_pixel > kMaxSamples))
     return refuse("at least " + std::to_string(settings.adaptive.min_samples_per_pixel) +
                   " samples per pixel: adaptive sampling needs a minimum of 16 to 2^30");
+  return {};
+}
+
+// What AOVs need beside the World.
+Result<void> check_inputs(const RenderSettings& settings) {
+  if (settings.aovs.contains(Aov::shadow_catcher) && !settings.catchers)
+    return refuse("--aov shadow_catcher: there is no shadow catcher; add --shadow-catcher NAME");
+  if (settings.aovs.needs_motion() && !settings.motion)
+    return refuse("motion vectors need RenderSettings::motion, the frames before and after");
+  if (settings.aovs.has_mattes() && !settings.names)
+    return refuse("mattes need RenderSettings::names, the names of the scene's objects");
   return {};
 }
 
@@ -168,22 +176,13 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (integrator.clamp_direct < kInfinity || integrator.clamp_indirect < kInfinity)
-    return not_with("with --clamp-direct or --clamp-indirect, which bound the samples of a pixel");
   if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
-  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  for (const AovInfo& info : kAovs)
-    if (settings.aovs.contains(info.aov) &&
-        (is_light_pass(info.aov) || info.aov == Aov::direct || info.aov == Aov::indirect))
-      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
   if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
-  if (camera.shutter_open()) return not_with("with motion blur");
-  if (camera.lens && camera.lens->aperture.has_cats_eye()) return not_with("with a lens with cat's eyes");
   return {};
 }
 
-Result<void> check_settings(const RenderSettings& settings, const Camera& camera) {
+Result<void> check_combination(const RenderSettings& settings, const Camera& camera) {
   constexpr int kMaxSide = 1 << 20;
   const V2i size = settings.size_px;
   if (size.x < 1 || size.y < 1 || size.x > kMaxSide || size.y > kMaxSide)
@@ -204,6 +203,11 @@ Result<void> check_settings(const RenderSettings& settings, const Camera& camera
     return refuse("batch size " + std::to_string(settings.integrator.batch_size) +
                   ": a positive multiple of 64 paths is needed");
   return {};
+}
+
+Result<void> check_settings(const RenderSettings& settings, const Camera& camera) {
+  if (Result<void> checked = check_combination(settings, camera); !checked) return checked;
+  return check_inputs(settings);
 }
 
 PixelRect rendered_pixels(const RenderSettings& settings) {

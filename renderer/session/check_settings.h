@@ -11,6 +11,10 @@ namespace kindling {
 // Fails (usage) with the value found and the values that would be accepted.
 [[nodiscard]] Result<void> check_settings(const RenderSettings& settings, const Camera& camera);
 
+// The same but for what the program that renders prepares for AOVs: catchers, motion, names. So a
+// command can be checked that another machine is to run, with any static camera.
+[[nodiscard]] Result<void> check_combination(const RenderSettings& settings, const Camera& camera);
+
 // Checks what light paths (IntegratorSettings::light_paths) do not work with.
 [[nodiscard]] Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera);
 

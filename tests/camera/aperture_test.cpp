@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/aperture.h"
 
+#include "renderer/base/hash.h"
+
 #include "tests/sampling/chi_square.h"
 
 #include <gtest/gtest.h>
@@ -95,6 +97,34 @@ TEST(Aperture, IsSampledUniformly) {
     if (pooled_expected >= 8.0) close(pooled_expected, pooled_observed);
     const double p_value = test::chi_square_tail(statistic, cells - 1);
     EXPECT_GT(p_value, level) << "shape " << k << ": chi-square " << statistic << " with " << cells - 1;
+  }
+}
+
+// The whole aperture, of which the barrel hides a part.
+TEST(Aperture, AreaRatioHasItsMean) {
+  for (const Shape& shape : shapes()) {
+    const Aperture aperture(shape.lens, kRadius);
+    CameraLens open = shape.lens;
+    open.cats_eye = 0.0f;
+    const Aperture whole(open, kRadius);
+    Random random(9);
+    constexpr uint32_t kCount = 100000;
+    double sum = 0.0, squares = 0.0, visible = 0.0;
+    for (uint32_t i = 0; i < kCount; ++i) {
+      const auto ratio = static_cast<double>(aperture.area_ratio(hash_u32(i), shape.field));
+      ASSERT_GE(ratio, 1.0);
+      sum += ratio;
+      squares += ratio * ratio;
+      const V2f point = whole.sample(random.next_2d(), V2f(0.0f));
+      visible += aperture.hides(point, shape.field) ? 0.0 : 1.0;
+    }
+    const double mean = sum / kCount, share = visible / kCount;
+    const double error = std::sqrt((squares / kCount - mean * mean) / kCount);
+    const double error_of_share = std::sqrt(share * (1.0 - share) / kCount) / (share * share);
+    EXPECT_NEAR(mean, 1.0 / share, 4.5 * std::hypot(error, error_of_share) + 1e-9);
+    if (shape.lens.cats_eye == 0.0f) {
+      EXPECT_EQ(mean, 1.0);
+    }
   }
 }
 

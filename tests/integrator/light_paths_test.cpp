@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "tests/integrator/motion_scenes.h"
 #include "tests/integrator/place_light.h"
-#include "tests/integrator/test_scenes.h"
 #include "tests/light/light_fixtures.h"
 #include "tests/session/same_bits.h"
 
@@ -25,11 +25,12 @@ Scene sphere_under_lamp(const Material& material, float lamp_radius = 0.0f) {
   return scene;
 }
 
-Camera camera_of_sphere(float f_stop = 0.0f) {
+Camera camera_of_sphere(float f_stop = 0.0f, float cats_eye = 0.0f) {
   SceneCamera camera;
   camera.yfov_rad = 0.6f;
   if (f_stop > 0.0f) {
     camera.lens.f_stop = f_stop;
+    camera.lens.cats_eye = cats_eye;
     camera.lens.focus_distance_m = 6.0f;
   }
   return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), V2i(48, 32)};
@@ -57,10 +58,10 @@ double mean_luminance(const Film& film) {
 }
 
 // A sun without a size and a mirror beside a floor: the floor is lit twice, which no path from the
-// camera can find.
+// camera can find. A lens's barrel that hides most of it towards the corners keeps the brightness.
 TEST(LightPaths, MirrorDoublesTheSun) {
   const float rho = 0.6f, irradiance = 3.0f;
-  for (const bool orthographic : {false, true}) {
+  for (const char* const kind : {"pinhole", "orthographic", "cat's eye"}) {
     Scene scene = make_scene(
         {diffuse_material(Rgb(rho)), metal_material(Rgb(1.0f), 0.0f)},
         {quad(V3f(-2, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 1)});
@@ -71,17 +72,30 @@ TEST(LightPaths, MirrorDoublesTheSun) {
     const auto world = make_world(std::move(scene), accel::Kind::kdtree);
     SceneCamera narrow;
     narrow.yfov_rad = 0.15f;
+    if (std::string(kind) == "cat's eye") {
+      narrow.lens.f_stop = 2.0f;
+      narrow.lens.focus_distance_m = 5.2f;
+      narrow.lens.cats_eye = 1.0f;
+    }
     const M44f above = look_at(V3f(0, 5, 1), V3f(-1, 0, 0));
-    const Camera camera =
-        orthographic ? beam_camera(V3f(0, 5, 1), V3f(-1, 0, 0), 0.8f, V2i(16, 16)) : Camera(narrow, above, V2i(16, 16));
-    RenderSettings settings = small_render(V2i(16, 16), 1024);
+    const Camera camera = std::string(kind) == "orthographic"
+                              ? beam_camera(V3f(0, 5, 1), V3f(-1, 0, 0), 0.8f, V2i(16, 16))
+                              : Camera(narrow, above, V2i(16, 16));
+    RenderSettings settings = small_render(V2i(16, 16), camera.has_lens() ? 4096 : 1024);
     settings.integrator.light_paths = 1.0f;
     const Film film = render_film(*world, camera, settings);
     const double expected = 2.0 * rho * irradiance * std::sqrt(0.5) / std::numbers::pi;
-    Estimate pixels;
-    for (const float value : film.resolve(Aov::beauty)) pixels.add(static_cast<double>(value));
-    EXPECT_NEAR(pixels.mean(), expected, 5.0 * pixels.standard_error()) << orthographic;
-    EXPECT_LT(pixels.standard_error(), 0.006 * expected);
+    Estimate pixels, corners; // of 5 x 5 pixels
+    const std::vector<float> rgb = film.resolve(Aov::beauty);
+    for (size_t i = 0; i < rgb.size(); ++i) {
+      const size_t x = i / 3 % 16, y = i / 48;
+      pixels.add(static_cast<double>(rgb[i]));
+      if ((x < 5 || x > 10) && (y < 5 || y > 10)) corners.add(static_cast<double>(rgb[i]));
+    }
+    EXPECT_NEAR(pixels.mean(), expected, 5.0 * pixels.standard_error()) << kind;
+    EXPECT_NEAR(corners.mean(), expected, 5.0 * corners.standard_error()) << kind;
+    EXPECT_LT(pixels.standard_error(), 0.006 * expected) << kind;
+    EXPECT_LT(corners.standard_error(), 0.01 * expected) << kind;
   }
 }
 
@@ -131,7 +145,10 @@ void expect_agreement(const Material& material, const Camera& camera, const std:
   }
 }
 
-TEST(LightPaths, AgreeThroughALens) { expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f), "glass"); }
+TEST(LightPaths, AgreeThroughALens) {
+  expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f), "glass");
+  expect_agreement(glass_material(0.2f), camera_of_sphere(1.0f, 1.5f), "a cat's eye");
+}
 
 TEST(LightPaths, AgreeAtCoats) {
   Material coated = diffuse_material(Rgb(0.8f, 0.2f, 0.2f));
@@ -149,6 +166,69 @@ TEST(LightPaths, AgreeAtPrisms) {
     prism.dispersion = 3.0f;
     expect_agreement(prism, camera_of_sphere(), "prism", 224);
   }
+}
+
+// The light of a lamp without a size, which light paths alone find, while sphere, lamp and camera
+// move: the mean of static images at jittered times, by quarters of the image.
+TEST(LightPaths, AreBlurredLikeAllLight) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass_material(0.0f)},
+                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 64, 1)});
+  Node lit;
+  lit.light = 0;
+  scene.lights.push_back(lamp(20.0f));
+  scene.nodes.push_back(lit);
+  scene.scenes[0].nodes.push_back(2);
+  animate(scene, 2, AnimatedProperty::translation, {0, 1}, {0.5f, 6, 0.5f, -1.0f, 5, 1.5f});
+  add_morph(scene, 1, [](const V3f& p) { return V3f(0.3f * p.x, 0, 0); });
+  animate(scene, 1, AnimatedProperty::translation, {0, 1}, {-0.8f, 0, 0, 0.6f, 0.3f, 0.4f});
+  const V3f from(0, 4, 7), to(0.7f, 4.4f, 6.5f);
+  const auto placed = [](const V3f& eye) { return look_at(eye, eye - V3f(0, 3.7f, 7)); };
+  SceneCamera pinhole;
+  pinhole.yfov_rad = 0.6f;
+  const std::vector<M44f> later{placed(to)};
+  const V2i size(48, 32);
+  using Quarters = std::array<double, 4>;
+  const auto found_light = [&](const World& world, const Camera& camera, uint32_t samples, uint32_t seed) {
+    RenderSettings settings = settings_of_sphere(0.0f, samples);
+    settings.seed = seed;
+    settings.guiding = Guiding::off;
+    const std::vector<float> without = render_film(world, camera, settings).resolve(Aov::beauty);
+    settings.integrator.light_paths = 1.0f;
+    const std::vector<float> with = render_film(world, camera, settings).resolve(Aov::beauty);
+    Quarters sums{};
+    for (size_t i = 0; i < with.size(); ++i)
+      sums[i / 3 % static_cast<size_t>(size.x) / 12] += static_cast<double>(with[i]) - static_cast<double>(without[i]);
+    return sums;
+  };
+  std::array<Estimate, 4> moving, still, at_first;
+  const auto add = [](const Quarters& sums, std::array<Estimate, 4>& estimates) {
+    for (size_t q = 0; q < 4; ++q) estimates[q].add(sums[q]);
+  };
+  constexpr uint32_t kSets = 16, kTimes = 12;
+  const auto world = make_posed_world(scene, {.shutter = Shutter{0.0, 1.0}}, accel::Kind::kdtree);
+  const Camera camera(pinhole, placed(from), size, CameraMotion{later, true});
+  for (uint32_t set = 0; set < kSets; ++set) {
+    add(found_light(*world, camera, 32, set), moving);
+    Quarters mean{};
+    for (uint32_t i = 0; i < kTimes; ++i) {
+      const uint32_t number = set * kTimes + i;
+      const float time = (static_cast<float>(i) + to_unit_float(hash_u32(number + 5U))) / kTimes;
+      const auto posed = make_posed_world(scene, {.time_s = static_cast<double>(time)}, accel::Kind::kdtree);
+      const Camera then(pinhole, placed(from * (1.0f - time) + to * time), size);
+      const Quarters sums = found_light(*posed, then, 4, 100 + number);
+      for (size_t q = 0; q < 4; ++q) mean[q] += sums[q] / kTimes;
+      if (i == 0) add(sums, at_first);
+    }
+    add(mean, still);
+  }
+  double change = 0.0;
+  for (size_t q = 0; q < 4; ++q) {
+    const double error = std::hypot(moving[q].standard_error(), still[q].standard_error());
+    EXPECT_NEAR(moving[q].mean(), still[q].mean(), 5.5 * error) << "quarter " << q; // of 15 degrees of freedom
+    EXPECT_LT(error, 0.05 * still[q].mean()) << "quarter " << q;
+    change = std::max(change, std::abs(at_first[q].mean() / still[q].mean() - 1.0));
+  }
+  EXPECT_GT(change, 0.5);
 }
 
 // A prism disperses the light of a lamp without a size, which light paths alone find: the borders
@@ -196,15 +276,17 @@ TEST(LightPaths, ScenesWithoutCastersKeepTheirBits) {
 }
 
 TEST(LightPaths, PassesAreSpreadEvenly) {
-  std::vector<uint32_t> samples;
-  for (uint32_t sample = 0; sample < 16; ++sample)
-    if (const auto pass = light_path_pass(0.25f, sample)) {
-      EXPECT_EQ(*pass, samples.size());
-      samples.push_back(sample);
-    }
+  std::vector<uint32_t> samples; // that begin a pass
+  for (uint32_t sample = 0; sample < 16; ++sample) {
+    const SampleRange passes = light_path_passes(0.25f, {sample, sample + 1});
+    EXPECT_EQ(passes.first, samples.size());
+    if (!passes.empty()) samples.push_back(sample);
+    EXPECT_EQ(passes.end, samples.size());
+  }
   EXPECT_EQ(samples, (std::vector<uint32_t>{0, 4, 8, 12}));
-  for (uint32_t sample = 0; sample < 16; ++sample) EXPECT_EQ(light_path_pass(1.0f, sample), sample);
-  EXPECT_FALSE(light_path_pass(0.0f, 0));
+  EXPECT_EQ(light_path_passes(0.25f, {3, 14}), (SampleRange{1, 4}));
+  EXPECT_EQ(light_path_passes(1.0f, {5, 9}), (SampleRange{5, 9}));
+  EXPECT_TRUE(light_path_passes(0.0f, {0, 9}).empty());
 }
 
 TEST(Casters, HaveNarrowLobes) {

@@ -3,8 +3,10 @@
 #include "renderer/integrator/light_paths/volume_photons.h"
 #include "renderer/session/prepare/train_guide.h"
 #include "tests/integrator/guided_mean.h"
+#include "tests/integrator/motion_scenes.h"
 #include "tests/integrator/place_light.h"
 #include "tests/integrator/wax_scene.h"
+#include "tests/light/light_fixtures.h"
 #include "tests/session/same_bits.h"
 
 #include <tbb/task_arena.h>
@@ -102,9 +104,9 @@ TEST(VolumeGuiding, RendersDoNotDependOnThreads) {
   expect_same_bits(together.value().film, alone.value().film, "three threads");
 }
 
-std::vector<VolumeRecord> photons_in(const World& world, uint64_t paths = 4000) {
+std::vector<VolumeRecord> photons_in(const World& world, uint64_t paths = 4000, uint32_t seed = 0) {
   RayCounters counters;
-  return trace_volume_photons(world, {{}, 0, paths, 1U << 20}, {}, counters);
+  return trace_volume_photons(world, {{}, seed, paths, 1U << 20}, {}, counters);
 }
 
 // Records lie in the sphere; of those that nothing has scattered before, most come from the lamp's
@@ -124,7 +126,7 @@ TEST(VolumePhotons, AreScatteredInTheMedium) {
   EXPECT_GT(from_lamp, records.size() / 4); // of 0.15 of all directions
 }
 
-TEST(VolumePhotons, AreNeededOnlyInMediaUnderLampsAtRest) {
+TEST(VolumePhotons, AreNeededOnlyInMediaUnderLamps) {
   Scene dark = make_scene({wax(0.0f, Rgb(0.6f))}, {sphere(V3f(0.0f), 1.0f, 32, 0)});
   EXPECT_TRUE(photons_in(*make_world(dark, accel::Kind::kdtree)).empty());
   // No direction leads to a point.
@@ -140,6 +142,36 @@ TEST(VolumePhotons, AreNeededOnlyInMediaUnderLampsAtRest) {
   EXPECT_FALSE(photons_in(*make_world(std::move(sized), accel::Kind::kdtree)).empty());
   EXPECT_FALSE(photons_in(*make_world(wax_under_a_lamp(wax(0.0f, Rgb(0.6f))), accel::Kind::kdtree)).empty());
   EXPECT_TRUE(photons_in(*make_world(wax_under_a_lamp(wax(0.0f, Rgb(0.0f))), accel::Kind::kdtree)).empty());
+}
+
+// A lamp that grows while it moves and turns brings as much light in a second as on average at
+// single times.
+TEST(VolumePhotons, HaveAllTimesOfTheShutter) {
+  Scene scene = wax_under_a_lamp(wax(0.0f, Rgb(0.6f)));
+  animate(scene, 1, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 3.5f, -1.2f, 0});
+  animate(scene, 1, AnimatedProperty::scale, {0, 1}, {1, 1, 1, 1.3f, 1, 1.5f});
+  animate(scene, 0, AnimatedProperty::translation, {0, 1}, {0, 0, 0, 0.3f, 0, 0.4f});
+  const auto light_of = [](const World& world, uint32_t seed) {
+    double sum = 0.0;
+    for (const VolumeRecord& record : photons_in(world, 4096, seed)) sum += static_cast<double>(record.weight);
+    return sum;
+  };
+  Estimate moving;
+  const auto world = make_posed_world(scene, {.shutter = Shutter{0.0, 1.0}}, accel::Kind::kdtree);
+  for (uint32_t seed = 0; seed < 32; ++seed) moving.add(light_of(*world, seed));
+  constexpr uint32_t kTimes = 16;
+  double mean = 0.0, variance = 0.0, first = 0.0;
+  for (uint32_t i = 0; i < kTimes; ++i) {
+    const auto still = make_posed_world(scene, {.time_s = (i + 0.5) / kTimes}, accel::Kind::kdtree);
+    Estimate at_time;
+    for (uint32_t seed = 0; seed < 4; ++seed) at_time.add(light_of(*still, 100 + 4 * i + seed));
+    mean += at_time.mean() / kTimes;
+    variance += square(at_time.standard_error() / kTimes);
+    if (i == 0) first = at_time.mean();
+  }
+  EXPECT_NEAR(moving.mean(), mean, 5.0 * std::sqrt(square(moving.standard_error()) + variance) + 2e-3 * mean);
+  EXPECT_LT(moving.standard_error(), 0.01 * mean);
+  EXPECT_GT(std::abs(first - mean), 0.2 * mean); // the motion matters
 }
 
 TEST(VolumePhotons, DoNotDependOnThreads) {

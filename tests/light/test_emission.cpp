@@ -127,34 +127,94 @@ TEST(Emission, TrianglesHaveTheEtendueOfTheirRays) {
   }
 }
 
-// Light on a target far away, by emitted rays and by light samples from there.
-TEST(Emission, RaysCarryTheLightThatSamplesFind) {
+// Light on a target far away, by emitted rays and by light samples from there at that time.
+void expect_light_of_samples(const LightSetInput& input, float time) {
   const V3f at(0, -40, 0);
   const float radius = 0.5f;
-  for (const LightSetInput& input :
-       {input_of_triangle(true), input_of_point(0.2f), input_of_point(0.0f), input_of_sun(0.0f), input_of_sun(0.05f)}) {
-    const LightSet lights(input);
-    const EmissionSampling emission(lights, {{at, 2.0f * radius}}, kScene); // rays of spheres miss a part of it
-    Random random(5);
-    Estimate power, irradiance;
-    for (int i = 0; i < 200000; ++i) {
-      if (const auto ray = emission.sample(draws_of(random))) {
-        const float before = (at - ray->origin).dot(ray->direction);
-        const V3f nearest = ray->origin + ray->direction * before;
-        const bool hits = (nearest - at).length() < radius; // a disk that faces the ray
-        power.add(hits ? static_cast<double>(luminance(emission.radiance(*ray, nearest)) / ray->finite_density) : 0.0);
-      } else {
-        power.add(0.0);
-      }
-      const float u_light = random.next_1d();
-      const auto sample = lights.sample(at, V3f(0.0f), u_light, random.next_2d());
-      irradiance.add(sample ? static_cast<double>(luminance(sample->radiance) / sample->pdf) : 0.0);
+  const LightSet lights(input);
+  const EmissionSampling emission(lights, {{at, 2.0f * radius}}, kScene); // rays of spheres miss a part of it
+  Random random(5);
+  Estimate power, irradiance;
+  for (int i = 0; i < 200000; ++i) {
+    EmissionDraws draws = draws_of(random);
+    draws.time = time;
+    if (const auto ray = emission.sample(draws)) {
+      EXPECT_EQ(ray->time, time);
+      const float before = (at - ray->origin).dot(ray->direction);
+      const V3f nearest = ray->origin + ray->direction * before;
+      const bool hits = (nearest - at).length() < radius; // a disk that faces the ray
+      power.add(hits ? static_cast<double>(luminance(emission.radiance(*ray, nearest)) / ray->finite_density) : 0.0);
+    } else {
+      power.add(0.0);
     }
-    const double area = static_cast<double>(kPi * radius * radius);
-    // The disk is not small: distances vary by radius / 40.
-    EXPECT_NEAR(power.mean() / area, irradiance.mean(),
-                5.0 * std::hypot(power.standard_error() / area, irradiance.standard_error()) +
-                    2e-3 * irradiance.mean());
+    const V2f u = random.next_2d();
+    const auto sample =
+        lights.sample({.point = at, .normal = V3f(0.0f), .u = u, .digits = random.next_1d(), .time = time});
+    irradiance.add(sample ? static_cast<double>(luminance(sample->radiance) / sample->pdf) : 0.0);
+  }
+  const double area = static_cast<double>(kPi * radius * radius);
+  // The disk is not small: distances vary by radius / 40.
+  EXPECT_NEAR(power.mean() / area, irradiance.mean(),
+              5.0 * std::hypot(power.standard_error() / area, irradiance.standard_error()) + 2e-3 * irradiance.mean())
+      << "at time " << time;
+}
+
+TEST(Emission, RaysCarryTheLightThatSamplesFind) {
+  for (const LightSetInput& input :
+       {input_of_triangle(true), input_of_point(0.2f), input_of_point(0.0f), input_of_sun(0.0f), input_of_sun(0.05f)})
+    expect_light_of_samples(input, 0.0f);
+}
+
+LightFrame frame_towards(const V3f& position, const V3f& direction) {
+  LightFrame frame;
+  frame.position = position;
+  frame.z = -direction.normalized();
+  return frame;
+}
+
+// A triangle that grows and turns, a sphere that comes nearer, a cone that turns, a disk that does.
+std::vector<LightSetInput> moving_inputs() {
+  std::vector<LightSetInput> inputs{input_of_triangle(true), input_of_point(0.2f), {}, input_of_sun(0.05f)};
+  inputs[0].moving = {{0, 1}};
+  inputs[0].later_corners = {{V3f(-2, 1, -1), V3f(1.5f, -1, -2), V3f(0, 1, 3)}};
+  inputs[1].points[0].later = {frame_towards(V3f(0, -20, 0), V3f(0, -1, 0))};
+  inputs[2].spots.push_back({.position = V3f(0, 1, 0),
+                             .axis = V3f(0, -1, 0),
+                             .intensity = Rgb(5.0f),
+                             .cos_inner = 0.95f,
+                             .cos_outer = 0.6f,
+                             .later = {frame_towards(V3f(4, 1, 0), V3f(0.5f, -1, 0))}});
+  inputs[3].directionals[0].later = {frame_towards(V3f(0.0f), V3f(-0.3f, -1, 0.2f))};
+  return inputs;
+}
+
+TEST(Emission, MovingLightsEmitFromWhereTheyAre) {
+  for (const LightSetInput& input : moving_inputs())
+    for (const float time : {0.0f, 0.3f, 1.0f}) expect_light_of_samples(input, time);
+}
+
+TEST(Emission, DensitiesOfMovingLightsAreThoseOfTheirRays) {
+  for (const LightSetInput& input : moving_inputs()) {
+    const LightSet lights(input);
+    const EmissionSampling emission(lights, three_targets(), kScene);
+    Random random(6);
+    for (int i = 0; i < 1000; ++i) {
+      EmissionDraws draws = draws_of(random);
+      draws.time = random.next_1d();
+      const auto ray = emission.sample(draws);
+      if (!ray) continue;
+      float density = 0.0f;
+      if (lights.triangles.empty()) {
+        density = emission.punctual_density(0, ray->origin, ray->direction, ray->time);
+      } else {
+        const V3f normal = double_area_normal(lights.posed_triangle(0, ray->time)).normalized();
+        density = emission.triangle_density(0, ray->origin, ray->direction, normal.dot(ray->direction), ray->time);
+      }
+      if (ray->density == kInfinity)
+        EXPECT_EQ(density, kInfinity);
+      else
+        EXPECT_NEAR(density / ray->density, 1.0f, 2e-4f);
+    }
   }
 }
 

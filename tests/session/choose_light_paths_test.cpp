@@ -205,10 +205,9 @@ TEST(ChooseLightPaths, AreOffOnDevicesAndWithClamps) {
   };
   expect_none("not on the device 'host'", [](RenderSettings& s) { s.device = DeviceKind::host; });
   expect_none("not on the device 'gpu'", [](RenderSettings& s) { s.device = DeviceKind::automatic; });
-  expect_none("with --clamp-direct", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
+  expect_none("not with --clamp-indirect", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
   expect_none("with --outliers trim", [](RenderSettings& s) { s.outliers = Outliers::trim; });
   expect_none("a crop has those", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(30, 28)}; });
-  expect_none("with --aov indirect", [](RenderSettings& s) { s.aovs.insert(Aov::indirect); });
 }
 
 // A replayed sample is that of the render: without the light that light paths bring.

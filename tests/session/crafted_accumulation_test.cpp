@@ -156,7 +156,7 @@ TEST_F(CraftedAccumulation, ErrorsHaveNoControlCharacters) {
 
 TEST_F(CraftedAccumulation, RefusesBlocksSmallerThanAnyFrame) {
   // 1 GiB of sums in 16 KiB: headers with nothing, or next to nothing, behind them.
-  Json json = of_size(V2i(2048, 820));
+  Json json = of_size(V2i(2048, 720));
   std::vector<StoredPlane> planes;
   for (const Json& plane : json["planes"])
     planes.push_back({plane["name"], plane["record_bytes"].get<size_t>(), plane["records"].get<size_t>()});

@@ -34,7 +34,7 @@ inline Scene mixed_scene() {
 
 // A glass sphere over a floor, under a small lamp, and a mirror that reflects a sun without a size,
 // which only light paths find.
-inline std::unique_ptr<const World> glass_world(accel::Kind kind) {
+inline Scene glass_scene() {
   Material glass = diffuse_material(Rgb(1.0f)), mirror = glass;
   glass.roughness_factor = 0.1f;
   glass.specular_factor = 1.0f;
@@ -49,13 +49,29 @@ inline std::unique_ptr<const World> glass_world(accel::Kind kind) {
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 3.0f;
   place_light(scene, sun, look_at(V3f(5, 5, 0), V3f(0.0f)));
-  return make_world(std::move(scene), kind);
+  return scene;
+}
+inline std::unique_ptr<const World> glass_world(accel::Kind kind) { return make_world(glass_scene(), kind); }
+
+// The same while the sphere rises and swells, the lamp moves and the mirror turns.
+inline std::unique_ptr<const World> moving_glass_world(accel::Kind kind) {
+  Scene scene = glass_scene();
+  add_morph(scene, 1, [](const V3f& p) { return V3f(0.3f * p.x, 0.2f, 0); });
+  animate(scene, 2, AnimatedProperty::translation, {0, 1}, {-0.5f, 0, 0, 0.8f, -0.5f, 0.5f});
+  animate_turn(scene, 3, V3f(0, 1, 0), 10.0f);
+  return make_posed_world(std::move(scene), {.shutter = Shutter{0.0, 1.0}}, kind);
 }
 
 inline Camera glass_camera(const V2i& size_px) {
   SceneCamera camera;
   camera.yfov_rad = 0.6f;
   return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), size_px};
+}
+inline Camera moving_glass_camera(const V2i& size_px) {
+  SceneCamera camera;
+  camera.yfov_rad = 0.6f;
+  const std::vector<M44f> later{look_at(V3f(0.4f, 4, 6.8f), V3f(0.1f, 0.4f, 0))};
+  return {camera, look_at(V3f(0, 4, 7), V3f(0, 0.3f, 0)), size_px, CameraMotion{later, true}};
 }
 
 // Names for the nodes and materials of any small scene: Node_0, Material_0 and so on; the node with

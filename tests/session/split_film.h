@@ -26,13 +26,14 @@ inline void expect_same_plane(const Film& a, const Film& b, std::string_view nam
   EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size()), 0) << name;
 }
 
-// The parts in this plane sum to the beauty, to the bit.
-inline void expect_sums_to_beauty(const Film& film, std::string_view plane) {
-  const auto beauty_bytes = plane_bytes_of(film, "beauty"), part_bytes = plane_bytes_of(film, plane);
-  const size_t pixels = beauty_bytes.size() / sizeof(PixelSum);
+// The parts in a plane sum to another one of records of type Whole, to the bit.
+template <typename Whole>
+inline void expect_sums_to(const Film& film, std::string_view whole, std::string_view plane) {
+  const auto beauty_bytes = plane_bytes_of(film, whole), part_bytes = plane_bytes_of(film, plane);
+  const size_t pixels = beauty_bytes.size() / sizeof(Whole);
   ASSERT_FALSE(part_bytes.empty()) << plane;
   const size_t parts = part_bytes.size() / sizeof(RadianceSum) / pixels;
-  const auto* const beauty = reinterpret_cast<const PixelSum*>(beauty_bytes.data());
+  const auto* const beauty = reinterpret_cast<const Whole*>(beauty_bytes.data());
   const auto* const sums = reinterpret_cast<const RadianceSum*>(part_bytes.data());
   size_t different = 0;
   for (size_t i = 0; i < pixels; ++i) {
@@ -41,6 +42,12 @@ inline void expect_sums_to_beauty(const Film& film, std::string_view plane) {
     for (int c = 0; c < 3; ++c) different += total.rgb[c] == beauty[i].rgb[c] ? 0 : 1;
   }
   EXPECT_EQ(different, 0U) << plane;
+}
+inline void expect_sums_to_beauty(const Film& film, std::string_view plane) {
+  expect_sums_to<PixelSum>(film, "beauty", plane);
+}
+inline void expect_sums_to_splats(const Film& film, std::string_view plane) {
+  expect_sums_to<SplatSum>(film, "splats", plane);
 }
 
 // Returns the mean luminance of interleaved RGB values.

@@ -18,9 +18,10 @@ enum class SplitKind {
   whitted,
   adaptive, // blocks that stop early, and others
   guided,
-  moving,      // with a lens
-  rates,       // pixels with different numbers of samples
-  light_paths, // as many as a pilot chooses
+  moving,             // with a lens
+  rates,              // pixels with different numbers of samples
+  light_paths,        // as many as a pilot chooses
+  moving_light_paths, // clamped
 };
 
 struct SplitCase {
@@ -30,16 +31,17 @@ struct SplitCase {
 
 inline std::vector<SplitCase> all_split_cases() {
   std::vector<SplitCase> cases;
-  for (const SplitKind kind : {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive,
-                               SplitKind::guided, SplitKind::moving, SplitKind::rates, SplitKind::light_paths})
+  for (const SplitKind kind :
+       {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive, SplitKind::guided,
+        SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path",   "jittered", "whitted", "adaptive",
-                                    "guided", "moving",   "rates",   "light_paths"};
+  constexpr const char* kNames[] = {"path",   "jittered", "whitted",     "adaptive",          "guided",
+                                    "moving", "rates",    "light_paths", "moving_light_paths"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -47,9 +49,10 @@ inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info
 class SplitScene {
  public:
   explicit SplitScene(const SplitCase& what)
-      : kind_(what.kind), world_(what.kind == SplitKind::moving        ? moving_world(what.accelerator)
-                                 : what.kind == SplitKind::light_paths ? glass_world(what.accelerator)
-                                                                       : mixed_world(what.accelerator)) {
+      : kind_(what.kind), world_(what.kind == SplitKind::moving               ? moving_world(what.accelerator)
+                                 : what.kind == SplitKind::light_paths        ? glass_world(what.accelerator)
+                                 : what.kind == SplitKind::moving_light_paths ? moving_glass_world(what.accelerator)
+                                                                              : mixed_world(what.accelerator)) {
     WorldOptions options;
     options.accelerator = what.accelerator;
     std::vector<uint8_t> nodes(16, 0);
@@ -62,6 +65,7 @@ class SplitScene {
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
     if (kind_ == SplitKind::light_paths) return glass_camera(kSize);
+    if (kind_ == SplitKind::moving_light_paths) return moving_glass_camera(kSize);
     SceneCamera camera;
     if (kind_ == SplitKind::moving) {
       camera.lens.f_stop = 2.0f;
@@ -105,7 +109,11 @@ class SplitScene {
       settings.chooses_light_paths = true;
       settings.planned_samples = 1024; // enough for a pilot
       settings.outliers = Outliers::keep;
-      settings.integrator.light_groups = LightGrouping::off;
+      break;
+    case SplitKind::moving_light_paths:
+      settings.integrator.light_paths = 0.4f;
+      settings.integrator.clamp_indirect = 2.0f;
+      settings.outliers = Outliers::keep;
       break;
     }
     return settings;
@@ -119,15 +127,17 @@ class SplitScene {
     return std::move(outcome).value();
   }
 
+  [[nodiscard]] bool has_light_paths() const {
+    return kind_ == SplitKind::light_paths || kind_ == SplitKind::moving_light_paths;
+  }
+
  private:
   static inline const V2i kSize{43, 29}; // not a multiple of anything
 
   [[nodiscard]] bool is_possible(Aov aov) const {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
-    if (kind_ == SplitKind::moving && is_motion(aov)) return false;
-    if (kind_ == SplitKind::light_paths &&
-        (is_light_pass(aov) || aov == Aov::direct || aov == Aov::indirect || aov == Aov::shadow_catcher))
-      return false;
+    if ((kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths) && is_motion(aov)) return false;
+    if (has_light_paths() && aov == Aov::shadow_catcher) return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

@@ -15,6 +15,8 @@ std::span<const NamedScene> all_scenes() {
                                            {"layered_materials", layered_materials},
                                            {"caustics", caustics},
                                            {"coats_and_prisms", coats_and_prisms},
+                                           {"moving_caustics", moving_caustics},
+                                           {"moving_lamps", moving_lamps},
                                            {"cornell_box", cornell_box},
                                            {"material_grid", material_grid},
                                            {"interior", interior}};

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <vector>
@@ -26,6 +27,8 @@ struct TestScene {
   std::vector<Part> parts; // their light adds up to that of the whole; may be empty
   SceneCamera camera;
   M44f camera_to_world;
+  std::vector<M44f> later_cameras; // keys of a moving camera after the first
+  std::optional<Shutter> shutter;  // the scene is animated while it is open
   V2i size_px{32, 24};
   int max_bounces = 1;
 
@@ -38,7 +41,9 @@ struct TestScene {
   std::vector<Aim> aims;                         // for the plain tracer
   std::function<void(IntegratorSettings&)> bias; // changes a setting so that a little light is lost, to be detected
 
-  [[nodiscard]] Camera make_camera() const { return {camera, camera_to_world, size_px}; }
+  [[nodiscard]] Camera make_camera() const {
+    return {camera, camera_to_world, size_px, CameraMotion{later_cameras, shutter.has_value()}};
+  }
 };
 
 struct NamedScene {
@@ -59,7 +64,8 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and thin walls before a sky and a lamp
 [[nodiscard]] TestScene caustics();          // glass and metal under a lamp, a sphere and a sun
 [[nodiscard]] TestScene coats_and_prisms();  // coats, glossy surfaces and dispersive glass under lamps
-[[nodiscard]] TestScene coats_and_prisms();
+[[nodiscard]] TestScene moving_caustics();   // glass and metal that move and deform, before a moving camera
+[[nodiscard]] TestScene moving_lamps();      // lamps and a sun that move over glass and metal
 [[nodiscard]] TestScene cornell_box();
 [[nodiscard]] TestScene material_grid();
 [[nodiscard]] TestScene interior();

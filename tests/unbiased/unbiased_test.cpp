@@ -1,6 +1,6 @@
 // All strategies and an independent plain tracer have the same mean on every scene.
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/integrator/test_scenes.h"
+#include "tests/integrator/motion_scenes.h"
 #include "tests/session/same_bits.h"
 #include "tests/unbiased/render_images.h"
 #include "tests/unbiased/scenes.h"
@@ -27,8 +27,8 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
         strategy_count(scene_.casters) + scene_.traced_bounces.size() + (scene_.parts.empty() ? 0 : 1);
   }
 
-  static std::unique_ptr<const World> world_of(const Part& part, accel::Kind kind) {
-    return make_world(part.scene, kind, part.environment);
+  [[nodiscard]] std::unique_ptr<const World> world_of(const Part& part, accel::Kind kind) const {
+    return make_posed_world(part.scene, {.shutter = scene_.shutter}, kind, part.environment);
   }
 
   [[nodiscard]] Images rendered(const World& world, const RenderSettings& settings, uint32_t first_seed, uint32_t seeds,
@@ -107,7 +107,8 @@ class OnADevice : public testing::TestWithParam<NamedScene> {};
 
 TEST_P(OnADevice, HasTheBitsOfTheCpu) {
   const TestScene scene = GetParam().make();
-  const auto world = make_world(scene.whole.scene, accel::Kind::kdtree, scene.whole.environment);
+  const auto world =
+      make_posed_world(scene.whole.scene, {.shutter = scene.shutter}, accel::Kind::kdtree, scene.whole.environment);
   for (const IntegratorKind kind : {IntegratorKind::path, IntegratorKind::whitted}) {
     // The Whitted tracer samples all lamps at each of its nodes.
     RenderSettings settings = base_settings(scene.size_px, scene.max_bounces, kind == IntegratorKind::whitted ? 1 : 16);

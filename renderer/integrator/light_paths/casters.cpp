@@ -50,6 +50,18 @@ void add_spheres(std::span<Box3f> boxes, size_t count, std::vector<EmissionTarge
   add_spheres(boxes.subspan(first), count - count / 2, targets);
 }
 
+// Bounds a mesh of an instance over the shutter: vertices and matrices move linearly between their
+// keys, so that each point stays within the bounds of all pairs of them.
+Box3f bounds_of(const GeometryView& geometry, std::span<const M44f> matrices) {
+  Box3f box;
+  for (size_t key = 0; key <= geometry.later_positions.size(); ++key) {
+    const std::span<const V3f> positions = key == 0 ? geometry.positions : geometry.later_positions[key - 1];
+    for (const M44f& matrix : matrices)
+      for (const uint32_t vertex : geometry.indices) box.extendBy(transform_point(matrix, positions[vertex]));
+  }
+  return box;
+}
+
 } // namespace
 
 std::vector<uint8_t> find_caster_materials(const WorldView& world) {
@@ -67,9 +79,8 @@ std::vector<EmissionTarget> find_targets(const World& world, const std::vector<u
     for (uint32_t mesh = group.first_mesh; mesh < group.first_mesh + group.mesh_count; ++mesh) {
       const GeometryView& geometry = world.geometries[mesh];
       if (casters[geometry.material] == 0) continue;
-      Box3f box;
-      for (const uint32_t vertex : geometry.indices)
-        box.extendBy(transform_point(instance.object_to_world, geometry.positions[vertex]));
+      const Box3f box = bounds_of(geometry, instance.motion == accel::kNoId ? std::span(&instance.object_to_world, 1)
+                                                                            : input.motions[instance.motion]);
       if (!box.isEmpty() && is_finite(box.min) && is_finite(box.max)) boxes.push_back(box);
     }
   }

@@ -15,7 +15,8 @@ namespace kindling {
 [[nodiscard]] std::vector<uint8_t> find_caster_materials(const WorldView& world);
 inline constexpr float kMaxCasterRoughness = 0.35f;
 
-// Returns spheres, at most kMaxTargets, that contain all surfaces of these materials.
+// Returns spheres, at most kMaxTargets, that contain all surfaces of these materials while the
+// shutter is open.
 [[nodiscard]] std::vector<EmissionTarget> find_targets(const World& world, const std::vector<uint8_t>& casters);
 inline constexpr size_t kMaxTargets = 64;
 

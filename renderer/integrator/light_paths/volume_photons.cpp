@@ -4,7 +4,7 @@
 
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/light_paths/casters.h"
-#include "renderer/integrator/light_paths/emitted_path.h"
+#include "renderer/integrator/stages/emitted_path.h"
 #include "renderer/integrator/stages/shade_path.h"
 #include "renderer/light/emission_sampling.h"
 
@@ -75,7 +75,7 @@ class PhotonTracer {
     for (uint64_t number = first; number < end; ++number) {
       const uint32_t key = hash_combine(key_, static_cast<uint32_t>(number >> 32));
       const auto index = static_cast<uint32_t>(number);
-      const std::optional<EmittedPath> started = start_emitted_path(emission_, key, index);
+      const std::optional<EmittedPath> started = start_emitted_path(emission_, key, index, world_.has_motion);
       // No direction leads to a light without a size.
       if (!started || started->emitted.density == kInfinity) continue;
       Photon photon;
@@ -139,7 +139,7 @@ std::vector<VolumeRecord> trace_volume_photons(const World& world, const VolumeP
   for (uint32_t material = 0; material < world.materials.size(); ++material)
     scatters.push_back(world.materials[material].layers != kNone && !is_black(world.medium(material).scattering) ? 1
                                                                                                                  : 0);
-  if (world.has_motion || std::find(scatters.begin(), scatters.end(), 1) == scatters.end()) return all;
+  if (std::find(scatters.begin(), scatters.end(), 1) == scatters.end()) return all;
   const EmissionSampling emission(world.lights, find_targets(world, scatters), world.bounds);
   if (emission.empty()) return all;
   const PhotonTracer tracer(world, settings.integrator, settings.seed, emission);

@@ -164,7 +164,9 @@ class Pilot {
   }
 
   void trace_light_paths(const LightPaths& light_paths) {
-    const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{});
+    IntegratorSettings undivided = settings_.integrator;
+    undivided.light_groups = LightGrouping::off;
+    const PathIntegrator integrator(undivided, world_, camera_, sampler_, settings_.filter, AovSet{});
     const PathStages stages = make_path_stages(settings_.integrator, world_, camera_, sampler_, settings_.guide);
     const size_t tasks = (settings_.paths + kLightPathsPerTask - 1) / kLightPathsPerTask;
     std::vector<std::vector<Record>> found(tasks);

@@ -40,13 +40,13 @@ struct LightPathView {
   // square meter.
   [[nodiscard]] float ratio_scale(float camera_px) const { return paths_per_pass * kPi / camera_px; }
 
-  // Returns the density of camera rays at a surface with this normal, in pixels per square meter.
-  // `direction` is that of the ray, unit.
+  // Returns the density of camera rays of a time at a surface with this normal, in pixels per square
+  // meter. `direction` is that of the ray, unit.
   [[nodiscard]] static float camera_density(const CameraView& camera, const V3f& direction, float distance,
-                                            const V3f& normal) {
+                                            const V3f& normal, float time) {
     const float facing = std::abs(normal.dot(direction));
     if (camera.orthographic) return facing / square(camera.pixel);
-    const float cosine = direction.dot(camera.basis.forward);
+    const float cosine = direction.dot(camera.basis_at(time).forward);
     return facing / (square(distance * camera.pixel) * cosine * cosine * cosine);
   }
 

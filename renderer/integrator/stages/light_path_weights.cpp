@@ -36,7 +36,7 @@ float PathStages::light_path_scale(const accel::Ray& ray, const Vertex& vertex, 
   if (is_boundary(surface) || state.in_medium || state.transparent_surfaces > 0) return 0.0f;
   const float distance = (surface.position - ray.origin).length();
   return -light_paths->ratio_scale(
-      LightPathView::camera_density(*camera, ray.direction, distance, surface.geometric_normal));
+      LightPathView::camera_density(*camera, ray.direction, distance, surface.geometric_normal, ray.time));
 }
 
 void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
@@ -77,15 +77,16 @@ float PathStages::light_path_weight(const Vertex& vertex, const LightSample& lig
           ? emission.environment_density(world->lights.environment.eval(light.wi), surface.position, -light.wi)
       : light.emitter < triangles
           ? emission.triangle_density(light.emitter, vertex.surface.position + light.wi * light.distance, -light.wi,
-                                      light.normal.dot(light.wi))
-          : emission.punctual_density(light.emitter - triangles, vertex.surface.position, -light.wi);
+                                      light.normal.dot(light.wi), vertex.time)
+          : emission.punctual_density(light.emitter - triangles, vertex.surface.position, -light.wi, vertex.time);
   return weight_beside(share, scale * density);
 }
 
 float PathStages::emission_weight(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const {
   if (!(state.light_path_scale > 0.0f) || state.in_medium || surface.emissive_triangle == accel::kNoId) return 1.0f;
-  const float density = light_paths->emission.triangle_density(
-      surface.emissive_triangle, surface.position, -ray.direction, surface.geometric_normal.dot(ray.direction));
+  const float density =
+      light_paths->emission.triangle_density(surface.emissive_triangle, surface.position, -ray.direction,
+                                             surface.geometric_normal.dot(ray.direction), ray.time);
   return weight_beside(state, state.light_path_scale * density);
 }
 
@@ -103,8 +104,8 @@ void PathStages::add_shapes_beside_light_paths(const accel::Ray& ray, const acce
   world->lights.visit_shapes(shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
     float weight = 1.0f;
     if (!state.in_medium)
-      weight = weight_beside(state, state.light_path_scale *
-                                        light_paths->emission.punctual_density(number, ray.origin, -ray.direction));
+      weight = weight_beside(state, state.light_path_scale * light_paths->emission.punctual_density(
+                                                                 number, ray.origin, -ray.direction, ray.time));
     state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
   });
 }

@@ -174,6 +174,11 @@ struct PathStages {
   // Counts a bounce whose direction had the density `pdf`. True if the surface that it leads to may
   // reflect in turn, within all limits.
   [[nodiscard]] bool count_bounce(Lobe lobe, float pdf, PathState& state) const;
+  // True if a path may scatter at the end of so many bounces.
+  [[nodiscard]] bool within_limits(int diffuse, int glossy, int transmissions) const {
+    return diffuse <= settings.max_diffuse_bounces && glossy <= settings.max_glossy_bounces &&
+           transmissions <= settings.max_transmission_bounces && diffuse + glossy <= settings.max_bounces;
+  }
 
   // Light paths (light_path_weights.cpp), only if joins_light_paths().
   [[nodiscard]] bool joins_light_paths() const { return !KINDLING_ON_GPU && light_paths != nullptr; }

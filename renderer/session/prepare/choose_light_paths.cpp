@@ -35,6 +35,8 @@ LightPathChoice choose_light_paths(const World& world, const Camera& camera, con
   LightPathChoice choice;
   if (const Result<void> checked = check_light_paths(with, camera); !checked)
     choice.why_none = checked.error().message;
+  else if (settings.integrator.clamp_indirect < kInfinity)
+    choice.why_none = "--light-paths auto: not with --clamp-indirect, which hides the noise that a pilot measures";
   else if (settings.crop && *settings.crop != PixelRect{V2i(0, 0), settings.size_px})
     choice.why_none = "--light-paths: a crop has those of its own pixels alone";
   else
