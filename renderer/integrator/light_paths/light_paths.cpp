@@ -8,6 +8,7 @@
 #include "renderer/integrator/stages/splat_pixels.h"
 
 #include <cmath>
+#include <utility>
 
 namespace kindling {
 
@@ -23,6 +24,13 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   camera = &seen_by;
   filter_width = filter.width();
   seed = render_seed;
+}
+
+std::unique_ptr<LightPaths> make_light_paths(const IntegratorSettings& settings, const World& world,
+                                             const Camera& camera, const PixelFilter& filter, uint32_t seed) {
+  if (!(settings.light_paths > 0.0f)) return nullptr;
+  auto light_paths = std::make_unique<LightPaths>(settings, world, camera, filter, seed);
+  return light_paths->useful() ? std::move(light_paths) : nullptr;
 }
 
 void LightPaths::start_block(const PixelRect& block, uint32_t pass, LightPathContext& context) const {
@@ -123,7 +131,8 @@ float LightPaths::arriving_density(const EmittedRay& emitted, const V3f& at) con
 float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                const accel::Ray& ray, const LightPathState& path, float arriving,
                                const LightJoint& joint) const {
-  SeenSurface seen;
+  SurfacePoint seen_by_camera;
+  SeenSurface seen{seen_by_camera};
   seen.find(world_, surface.position, -joint.direction, hit, ray.time);
   seen.look(stages, -joint.direction, false, 0, 0.0f, 0.0f);
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
