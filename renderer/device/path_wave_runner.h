@@ -12,7 +12,8 @@ namespace kindling {
 // Returns the bytes on a device that its waves take, at most: one sample for each pixel.
 [[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
-// The kernels that waves launch. `filters_hits`: World::filters_hits; `light_paths`: some are traced.
+// The kernels that waves launch. `filters_hits`: World::filters_hits; `light_paths`: some are
+// traced.
 [[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths);
 
 class PathWaveRunner final : public DeviceWave {

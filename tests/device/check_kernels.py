@@ -52,6 +52,8 @@ REGISTERS = {
     "kindling_intersect_opaque": 128,
     "kindling_trace_shadow_opaque": 128,
     "kindling_finish_pixel": 96,
+    "kindling_begin_light_path": 80,
+    "kindling_trace_sight_opaque": 128,
     "kindling_begin_tree": 64,
     "kindling_take_node": 32,
     "kindling_finish_tree_pixel": 96,

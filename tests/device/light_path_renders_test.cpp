@@ -109,7 +109,8 @@ TEST(LightPathsOnDevices, CropsSampleRangesAndAdaptiveSampling) {
   expect_same_beside_light_paths(*world, adaptive);
 }
 
-// With sample rates a pixel may have more light paths than samples: more than a wave has places for.
+// With sample rates a pixel may have more light paths than samples: more than a wave has places
+// for.
 TEST(LightPathsOnDevices, SampleRatesInSmallWaves) {
   const auto world = caster_world(false);
   RenderSettings settings = beside_light_paths(24, 1.0f);

@@ -126,8 +126,8 @@ float LightPaths::arriving_density(const EmittedRay& emitted, const V3f& at) con
   return emission.direction_density(emitted.origin, emitted.direction) / (at - emitted.origin).length2();
 }
 
-// Returns the ratio of the densities of light paths and of paths from the camera as they are traced,
-// at a surface where `path` was joined to the camera.
+// Returns the ratio of the densities of light paths and of paths from the camera as they are
+// traced, at a surface where `path` was joined to the camera.
 float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                const accel::Ray& ray, const LightPathState& path, float arriving,
                                const LightJoint& joint) const {
