@@ -24,7 +24,7 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
   setup_.pager = pager_.get();
   scene_.emplace(device, input, pager_.get());
   switch (settings.kind) {
-  case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits)); break;
+  case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits, setup.light_paths > 0.0f)); break;
   case IntegratorKind::whitted: device.prepare(kTreeWaveKernels); break;
   default: device.prepare(kFirstHitWaveKernels);
   }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_wave.h"
 
+#include "renderer/integrator/stages/light_path_stages.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -34,8 +36,9 @@ uint64_t common_wave_bytes(const WaveSetup& setup) {
 }
 
 DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces)
-    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), samples_(device, capacity_),
-      surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
+    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), light_paths_(setup.light_paths),
+      samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_),
+      losses_(device, 1) {
   assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
 
@@ -51,17 +54,21 @@ uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRan
     while (count > 0 && (sum = samples_at(block, {samples.first, samples.first + count}, *rates)) > room) --count;
   }
   if (count == 0) return 0;
+  const SampleRange passes = light_path_passes(light_paths_, {samples.first, samples.first + count});
   blocks_.push_back({.corner = block.min,
                      .width = static_cast<uint32_t>(block.width()),
                      .height = static_cast<uint32_t>(block.height()),
                      .first_index = samples.first,
                      .samples = rates ? 0 : count,
                      .first_sample = sample_count_,
-                     .first_pixel = pixel_count_});
-  taken_.push_back({number, count, sum});
+                     .first_pixel = pixel_count_,
+                     .first_light_path = light_path_count_,
+                     .first_pass = passes.first});
+  taken_.push_back({number, count, sum, passes.count() * pixels});
   if (rates) plan_pixels(block, {samples.first, samples.first + count}, *rates);
   sample_count_ += static_cast<uint32_t>(sum);
   pixel_count_ += pixels;
+  light_path_count_ += passes.count() * pixels;
   return count;
 }
 
@@ -120,6 +127,7 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
     };
     film.add(done.block, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
                                   part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
+    film.add_light_paths(done.block.min, taken_[i].light_paths);
     const WaveRays<uint64_t>& rays = block_rays_.here[i];
     const uint64_t samples = taken_[i].samples;
     done.added += taken_[i].levels;
@@ -144,7 +152,7 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
   blocks_.clear();
   pixels_.clear();
   taken_.clear();
-  sample_count_ = pixel_count_ = 0;
+  sample_count_ = pixel_count_ = light_path_count_ = 0;
 }
 
 } // namespace kindling

@@ -6,6 +6,7 @@
 #include "renderer/device/kernels/wave.h"
 #include "renderer/device/tile_pager.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/sampling/pixel_filter.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -20,8 +21,10 @@ struct WaveSetup {
   AovSet aovs;
   uint32_t direct_samples = 1; // IntegratorSettings::direct_samples
   bool trims_outliers = false;
-  bool has_rates = false;     // sample rates
-  TilePager* pager = nullptr; // null: all texels are in memory
+  bool has_rates = false;             // sample rates
+  float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
+  PixelFilter filter = PixelFilter(); // of the light that they bring
+  TilePager* pager = nullptr;         // null: all texels are in memory
 };
 
 // Returns the bytes on a device that waves of all tracers take, at most: one sample for each pixel.
@@ -38,7 +41,7 @@ class DeviceWave : public ThreadContext {
   // Follows all samples to their end. False if the render was abandoned.
   [[nodiscard]] virtual bool run(const Film& film) = 0;
   // Adds the sums and the counts of the wave, and empties the plan.
-  void take_results(std::span<BlockWork> work, Film& film);
+  virtual void take_results(std::span<BlockWork> work, Film& film);
 
  protected:
   // `world`: for World::abandoned(). All references must outlive this. `with_surfaces`: records
@@ -67,6 +70,7 @@ class DeviceWave : public ThreadContext {
   [[nodiscard]] uint32_t capacity() const { return capacity_; } // samples
   [[nodiscard]] uint32_t sample_count() const { return sample_count_; }
   [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
+  [[nodiscard]] uint32_t light_path_count() const { return light_path_count_; }
 
  private:
   // Sums of pixels or blocks, on the device and here.
@@ -90,6 +94,7 @@ class DeviceWave : public ThreadContext {
     size_t number = 0;    // of the block in the caller's list
     uint32_t levels = 0;  // or samples of each pixel
     uint64_t samples = 0; // of all pixels
+    uint32_t light_paths = 0;
   };
 
   void plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates);
@@ -98,7 +103,8 @@ class DeviceWave : public ThreadContext {
   const World& world_;
   TilePager* pager_;
   uint32_t capacity_;
-  uint32_t sample_count_ = 0, pixel_count_ = 0;
+  float light_paths_; // fraction
+  uint32_t sample_count_ = 0, pixel_count_ = 0, light_path_count_ = 0;
   std::vector<WaveBlock> blocks_;
   std::vector<WavePixel> pixels_; // empty without rates
   std::vector<Taken> taken_;      // by block

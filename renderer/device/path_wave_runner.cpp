@@ -2,7 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/path_wave_runner.h"
 
+#include "renderer/base/standard_arithmetic.h"
+#include "renderer/integrator/stages/splat_pixels.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 namespace kindling {
@@ -11,21 +19,28 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
   constexpr uint64_t kOfPath =
       sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t);
   constexpr uint64_t kOfShadowRay = sizeof(accel::Ray) + sizeof(WaveShadow);
-  return common_wave_bytes(setup) + setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay) + sizeof(uint64_t);
+  const uint64_t of_light_path = setup.light_paths > 0.0f ? sizeof(WaveLightPath) + sizeof(WaveSplat) : 0;
+  return common_wave_bytes(setup) + setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path) +
+         sizeof(uint64_t);
 }
 
-std::vector<Kernel> path_wave_kernels(bool filters_hits) {
-  if (filters_hits)
-    return {Kernel::begin_path, Kernel::intersect, Kernel::shade, Kernel::trace_shadow, Kernel::finish_pixel};
-  return {Kernel::begin_path, Kernel::intersect_opaque, Kernel::shade, Kernel::trace_shadow_opaque,
-          Kernel::finish_pixel};
+std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths) {
+  std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,
+                              light_paths ? Kernel::shade_beside_light_paths : Kernel::shade,
+                              filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, Kernel::finish_pixel};
+  if (light_paths)
+    kernels.insert(kernels.end(), {Kernel::begin_light_path, Kernel::scatter_light_path,
+                                   filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
+  return kernels;
 }
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
-      states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
-      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
-      next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity() * setup.direct_samples) {
+      has_light_paths_(setup.light_paths > 0.0f), filter_(setup.filter), states_(on, capacity()),
+      media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity() * setup.direct_samples),
+      hits_(on, capacity()), active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
+      shadow_records_(on, capacity() * setup.direct_samples), light_paths_(on, has_light_paths_ ? capacity() : 0),
+      splats_(on, has_light_paths_ ? capacity() : 0) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -37,25 +52,76 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   wave_.shadows.count = &counts->shadows;
   wave_.shadow_rays = shadow_rays_.data();
   wave_.shadow_records = shadow_records_.data();
+  wave_.light_paths = light_paths_.data();
+  wave_.splats = splats_.data();
 }
 
 bool PathWaveRunner::run(const Film& film) {
   start(film, wave_);
+  found_.clear();
+  if (!follow_camera_paths()) return false;
+  launch(Kernel::finish_pixel, wave_, pixel_count());
+  const uint32_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
+  for (uint32_t first = 0; first < light_paths; first += capacity())
+    if (!follow_light_paths(first, std::min(capacity(), light_paths - first))) return false;
+  download_sums();
+  return !abandoned();
+}
+
+bool PathWaveRunner::follow_camera_paths() {
   launch(Kernel::begin_path, wave_, sample_count());
   for (uint32_t active = sample_count(); active > 0;) {
     if (abandoned()) return false;
     launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
     queue_counts_.clear(1);
-    launch_shading(Kernel::shade, wave_, active);
-    std::array<QueueCounts, 1> counts;
-    queue_counts_.download(counts);
-    launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts[0].shadows);
-    std::swap(wave_.active.paths, wave_.next.paths);
-    active = counts[0].next;
+    launch_shading(has_light_paths_ ? Kernel::shade_beside_light_paths : Kernel::shade, wave_, active);
+    const QueueCounts counts = take_next();
+    launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts.shadows);
+    active = counts.next;
   }
-  launch(Kernel::finish_pixel, wave_, pixel_count());
-  download_sums();
-  return !abandoned();
+  return true;
+}
+
+bool PathWaveRunner::follow_light_paths(uint32_t first, uint32_t count) {
+  wave_.first_light_path = first;
+  queue_counts_.clear(1);
+  launch(Kernel::begin_light_path, wave_, count);
+  for (uint32_t active = take_next().next; active > 0;) {
+    if (abandoned()) return false;
+    launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
+    queue_counts_.clear(1);
+    launch_shading(Kernel::scatter_light_path, wave_, active);
+    const QueueCounts counts = take_next();
+    launch(filters_hits_ ? Kernel::trace_sight : Kernel::trace_sight_opaque, wave_, counts.shadows);
+    take_splats(counts.shadows);
+    active = counts.next;
+  }
+  return true;
+}
+
+PathWaveRunner::QueueCounts PathWaveRunner::take_next() {
+  std::array<QueueCounts, 1> counts;
+  queue_counts_.download(counts);
+  std::swap(wave_.active.paths, wave_.next.paths);
+  return counts[0];
+}
+
+void PathWaveRunner::take_splats(uint32_t count) {
+  downloaded_.resize(count);
+  splats_.download(downloaded_);
+  std::ranges::copy_if(downloaded_, std::back_inserter(found_),
+                       [](const WaveSplat& splat) { return !is_black(splat.radiance); });
+}
+
+void PathWaveRunner::take_results(std::span<BlockWork> work, Film& film) {
+  const PixelRect& area = film.splat_area();
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, found_.size(), 1024), [&](const auto& range) {
+    const StandardArithmetic standard_arithmetic;
+    for (size_t i = range.begin(); i < range.end(); ++i)
+      visit_splat_pixels(filter_, found_[i].film_px, area.min, area.max,
+                         [&](const V2i& pixel, float weight) { film.add_splat(pixel, found_[i].radiance * weight); });
+  });
+  DeviceWave::take_results(work, film);
 }
 
 } // namespace kindling

@@ -12,14 +12,16 @@ namespace kindling {
 // Returns the bytes on a device that its waves take, at most: one sample for each pixel.
 [[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
-// The kernels that waves launch. `filters_hits`: World::filters_hits.
-[[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits);
+// The kernels that waves launch. `filters_hits`: World::filters_hits; `light_paths`: some are
+// traced.
+[[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths);
 
 class PathWaveRunner final : public DeviceWave {
  public:
   PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, const WaveSetup& setup);
 
   [[nodiscard]] bool run(const Film& film) override;
+  void take_results(std::span<BlockWork> work, Film& film) override;
 
  private:
   // Counts of the queues, which are cleared and read together.
@@ -27,7 +29,14 @@ class PathWaveRunner final : public DeviceWave {
     uint32_t next = 0, shadows = 0;
   };
 
-  bool filters_hits_;
+  // False if the render was abandoned.
+  [[nodiscard]] bool follow_camera_paths();
+  [[nodiscard]] bool follow_light_paths(uint32_t first, uint32_t count); // of those of the wave
+  QueueCounts take_next();          // makes the paths of the next bounce the active ones
+  void take_splats(uint32_t count); // that the camera sees
+
+  bool filters_hits_, has_light_paths_;
+  PixelFilter filter_; // of the image
   PathWave wave_;
   DeviceArray<PathState> states_;
   DeviceArray<MediumStack> media_;
@@ -36,6 +45,9 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<uint32_t> active_, next_;
   DeviceArray<QueueCounts> queue_counts_;
   DeviceArray<WaveShadow> shadow_records_;
+  DeviceArray<WaveLightPath> light_paths_;
+  DeviceArray<WaveSplat> splats_;
+  std::vector<WaveSplat> downloaded_, found_; // of one bounce, and of the wave
 };
 
 } // namespace kindling

@@ -77,6 +77,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                     .light_probabilities =
                         stages.light_probabilities != nullptr ? *stages.light_probabilities : LightSelectionTreeView{},
                     .volumes = stages.volumes != nullptr ? *stages.volumes : VolumeGuideView{},
+                    .light_paths = input.light_paths != nullptr ? *input.light_paths : LightPathStages{},
                     .stages = stages,
                     .shader = input.shader,
                     .first_hit = input.first_hit,
@@ -93,6 +94,14 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   if (stages.patches != nullptr) scene.stages.patches = on_device(scene.patches);
   if (stages.light_probabilities != nullptr) scene.stages.light_probabilities = on_device(scene.light_probabilities);
   if (stages.volumes != nullptr) scene.stages.volumes = on_device(scene.volumes);
+
+  assert((input.light_paths != nullptr) == (stages.light_paths != nullptr));
+  if (input.light_paths != nullptr) {
+    scene.stages.light_paths = on_device(scene.light_paths);
+    scene.light_paths.emission.lights = on_device(scene.world.lights);
+    scene.light_paths.world = on_device(scene.world);
+    scene.light_paths.camera = on_device(scene.camera);
+  }
 
   scene.first_hit.world = on_device(scene.world);
   scene.first_hit.camera = on_device(scene.camera);
@@ -122,6 +131,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.camera);
   arena.place_arrays(scene.light_probabilities);
   arena.place_arrays(scene.volumes);
+  arena.place_arrays(scene.light_paths);
   arena.place_arrays(scene.shader.lights);
   arena.write(offset, std::as_bytes(std::span(&scene, 1)));
 }

@@ -23,6 +23,7 @@ struct DeviceSceneInput {
   const FirstHitStages& first_hit; // likewise
   Sampler sampler;
   PixelFilter filter;
+  const LightPathStages* light_paths = nullptr; // null: stages.light_paths is, too
 };
 
 // Fails (usage) if no device can render the world, with the reason.

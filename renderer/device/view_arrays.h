@@ -9,6 +9,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
+#include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/light/light_set_view.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/texture/procedural_texture.h"
@@ -113,6 +114,14 @@ template <class F>
 void for_each_array(PerLightView& lights, F&& f) {
   f(lights.entries);
   f(lights.sums);
+}
+
+// EmissionView::lights is not followed.
+template <class F>
+void for_each_array(LightPathView& light_paths, F&& f) {
+  f(light_paths.emission.targets);
+  f(light_paths.emission.cdf);
+  f(light_paths.casters);
 }
 
 template <class F>

@@ -13,6 +13,7 @@ namespace kindling {
 // A sink of PathStages.
 struct BatchSink {
   static constexpr bool kSplits = false;
+  static constexpr bool kBesideLightPaths = true;
 
   PathContext& context;
   const World& world; // for the names of materials

@@ -43,13 +43,8 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     unshaded_->accelerator_ = &catchers_->unshaded();
     unshaded_->light_groups_ = {};
   }
-  if (settings.light_paths > 0.0f) {
-    light_paths_ = std::make_unique<LightPaths>(settings, world, camera, filter_, sampler.seed());
-    if (light_paths_->useful())
-      stages_.light_paths = light_paths_.get();
-    else
-      light_paths_.reset();
-  }
+  light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
+  stages_.light_paths = light_paths_.get();
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }

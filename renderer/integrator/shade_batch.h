@@ -18,7 +18,7 @@ inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& c
     const accel::Ray& ray = context.rays[i];
     const accel::Hit& hit = context.hits[i];
     if (world_.lights.has_shapes) {
-      stages_.add_shapes(ray, hit, path);
+      stages_.add_shapes(ray, hit, path, sink);
       if constexpr (Sink::kSplits) sink.split_shapes(stages_, ray, hit, path);
     }
     if (member.scattered)

@@ -11,6 +11,7 @@ namespace kindling {
 
 struct SplittingSink : BatchSink {
   static constexpr bool kSplits = true;
+  static constexpr bool kBesideLightPaths = true;
   const LightGroups& groups;
 
   [[nodiscard]] SplitLight& split_light() const { return *context.split_light; }

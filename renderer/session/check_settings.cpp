@@ -170,8 +170,6 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
   if (!(integrator.light_paths > 0.0f && integrator.light_paths <= 1.0f))
     return refuse("light paths " + std::to_string(integrator.light_paths) + ": a fraction from 0 to 1 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--light-paths: not " + what); };
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");

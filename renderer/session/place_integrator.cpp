@@ -5,6 +5,7 @@
 #include "renderer/device/failure_reason.h"
 #include "renderer/device/make_device.h"
 #include "renderer/device/scene_on_device.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/whitted_shader.h"
@@ -38,15 +39,20 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                           const RenderSettings& settings, const Guide* guide) {
   const Sampler sampler = make_sampler(settings);
   const PerLightSampling lights(world.light_set());
-  const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
+  PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
+  const std::unique_ptr<LightPaths> light_paths =
+      make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
+  stages.light_paths = light_paths.get();
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
       *device, settings.integrator,
-      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter},
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter, light_paths.get()},
       WaveSetup{.aovs = settings.aovs,
                 .trims_outliers = settings.outliers == Outliers::trim,
-                .has_rates = settings.sample_rates != SampleRateKind::even});
+                .has_rates = settings.sample_rates != SampleRateKind::even,
+                .light_paths = light_paths ? settings.integrator.light_paths : 0.0f,
+                .filter = settings.filter});
   PlacedIntegrator placed;
   placed.use.name = device->name();
   placed.use.scene_bytes = integrator->scene_bytes();

@@ -29,9 +29,14 @@ STACK_BYTES = {
     "kindling_intersect": 6400,
     "kindling_intersect_opaque": 1024,
     "kindling_shade": 7168,
+    "kindling_shade_beside_light_paths": 7168,
     "kindling_trace_shadow": 7680,
     "kindling_trace_shadow_opaque": 1024,
     "kindling_finish_pixel": 128,
+    "kindling_begin_light_path": 128,
+    "kindling_scatter_light_path": 9728,
+    "kindling_trace_sight": 6400,
+    "kindling_trace_sight_opaque": 1024,
     "kindling_begin_tree": 256,
     "kindling_take_node": 128,
     "kindling_trace_node": 12288,
@@ -47,6 +52,8 @@ REGISTERS = {
     "kindling_intersect_opaque": 128,
     "kindling_trace_shadow_opaque": 128,
     "kindling_finish_pixel": 96,
+    "kindling_begin_light_path": 80,
+    "kindling_trace_sight_opaque": 128,
     "kindling_begin_tree": 64,
     "kindling_take_node": 32,
     "kindling_finish_tree_pixel": 96,
@@ -55,7 +62,7 @@ REGISTERS = {
     "kindling_any_hit": 128,
 }
 # Functions into which the triangle test is compiled, by their names.
-TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow|trace_sight)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
 CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
 
 

@@ -5,6 +5,7 @@
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/device/scene_on_device.h"
 #include "renderer/device/tree_wave_runner.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/light/per_light_sampling.h"
@@ -53,7 +54,9 @@ TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
       settings.guiding = Guiding::on;
       settings.samples = samples;
       settings.integrator.kind = kind;
+      if (kind == IntegratorKind::path && !moving) settings.integrator.light_paths = 0.5f;
       const std::unique_ptr<Device> device = make_host_device(2);
+      const WaveSetup setup{.paths = device->wave_size(), .light_paths = settings.integrator.light_paths};
       std::optional<SceneOnDevice> scene;
       std::optional<Film> expected;
       {
@@ -62,15 +65,19 @@ TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
         const TrainedGuide trained = train_guide(*world, camera, settings, nullptr, {});
         const Sampler sampler(settings.seed, settings.sampler, settings.planned());
         const PerLightSampling lights(world->light_set());
-        const PathStages stages = make_path_stages(settings.integrator, *world, camera, sampler, trained.guide.get());
+        PathStages stages = make_path_stages(settings.integrator, *world, camera, sampler, trained.guide.get());
+        const std::unique_ptr<LightPaths> light_paths =
+            make_light_paths(settings.integrator, *world, camera, settings.filter, sampler.seed());
+        ASSERT_EQ(light_paths != nullptr, setup.light_paths > 0.0f);
+        stages.light_paths = light_paths.get();
         const WhittedShader shader = make_whitted_shader(settings.integrator, *world, camera, sampler, lights);
         const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, *world, camera, sampler);
-        scene.emplace(*device, DeviceSceneInput{*world, camera, stages, shader, first_hit, sampler, settings.filter});
+        scene.emplace(*device, DeviceSceneInput{*world, camera, stages, shader, first_hit, sampler, settings.filter,
+                                                light_paths.get()});
         expected.emplace(render(*world, camera, settings, nullptr, nullptr).value().film);
       }
       const std::unique_ptr<const World> other = make_world(); // asked whether the render is abandoned
       std::unique_ptr<DeviceWave> wave;
-      const WaveSetup setup{.paths = device->wave_size()};
       if (kind == IntegratorKind::path)
         wave = std::make_unique<PathWaveRunner>(*device, *other, scene->address(), setup);
       else if (kind == IntegratorKind::whitted)
@@ -80,6 +87,7 @@ TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
       std::vector<BlockWork> work = all_blocks(size, samples);
       for (size_t i = 0; i < work.size(); ++i) ASSERT_EQ(wave->take(i, work[i].block, samples), samples.count());
       Film film(size, {V2i(0), size}, settings.aovs);
+      if (setup.light_paths > 0.0f) film.enable_splats();
       ASSERT_TRUE(wave->run(film));
       wave->take_results(work, film);
       expect_same_bits(film, *expected, "the copy");
@@ -133,6 +141,7 @@ TEST(DeviceMemory, WavesTakeTheirEstimate) {
   for (const AovInfo& info : kAovs) { // one more each time
     setup.aovs.insert(info.aov);
     setup.trims_outliers = !setup.trims_outliers;
+    setup.light_paths = setup.trims_outliers ? 0.0f : 1.0f;
     const uint64_t of_paths = bytes_of_wave<PathWaveRunner>(setup, *world);
     EXPECT_LE(of_paths, path_wave_bytes(setup));
     EXPECT_GE(of_paths, path_wave_bytes(setup) - kUnusedBlocks);

@@ -4,6 +4,7 @@
 #include "renderer/device/cuda/kernel_cache.h"
 #include "renderer/device/kernels/all_kernels.h"
 #include "renderer/session/render_session.h"
+#include "tests/device/caster_scene.h"
 #include "tests/device/textured_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
@@ -112,6 +113,20 @@ TEST_F(Gpu, RendersTheSameImageAsTheCpu) {
   expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
 }
 
+TEST_F(Gpu, RendersTheSameImageBesideLightPaths) {
+  for (const bool cut_out : {false, true}) {
+    const auto casters = caster_world(cut_out);
+    RenderSettings here = small_render(kGpuImage, 6);
+    here.integrator.light_paths = 0.5f;
+    here.device = DeviceKind::gpu;
+    const Result<RenderOutcome> gpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
+    ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+    here.device = DeviceKind::cpu;
+    const Result<RenderOutcome> cpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
+    expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
+  }
+}
+
 TEST_F(Gpu, EachFailureToStartHasItsMessage) {
   fail("init=100");
   expect_message("NVIDIA's driver does not start: a failure (CUDA_ERROR); use --device cpu");
@@ -150,6 +165,10 @@ TEST_F(Gpu, IntegratorsShareTheCache) {
   EXPECT_EQ(compilations(other), 2U);
   EXPECT_EQ(compilations(other), 0U);
   EXPECT_EQ(compilations(), 0U);
+  RenderSettings beside = small_render(kGpuImage, 1);
+  beside.device = DeviceKind::gpu;
+  beside.integrator.light_paths = 1.0f;
+  EXPECT_EQ(compilations(beside), 4U); // three of light paths, and another one that shades
 }
 
 TEST_F(Gpu, ACompilationIsAnnounced) {
@@ -285,6 +304,13 @@ TEST_F(AutomaticDevice, TakesTheGpu) {
   EXPECT_EQ(use.name, "Fake GPU");
   EXPECT_GT(use.scene_bytes, 0U);
   EXPECT_EQ(use.why_cpu, "");
+}
+
+TEST_F(AutomaticDevice, TakesTheGpuForLightPaths) {
+  RenderSettings here = small_render(kGpuImage, 3);
+  here.device = DeviceKind::automatic;
+  here.integrator.light_paths = 0.5f;
+  EXPECT_EQ(render_anywhere(here, *caster_world(true)).name, "Fake GPU");
 }
 
 TEST_F(AutomaticDevice, TakesTheCpuWhereNoGpuCanBeOpened) {

@@ -161,11 +161,10 @@ TEST(ChooseLightPaths, ResumedRendersKeepTheChoice) {
   EXPECT_EQ(outcome.statistics.light_paths.camera_paths, 0U);
   EXPECT_EQ(outcome.statistics.light_paths.fraction, *saved->work.light_paths);
   expect_same_bits(outcome.film, whole, "a resumed render");
-  // A device has none and cannot take over; nor can a render without them.
+  // A device takes over; a render without them cannot.
   RenderSettings other = open_settings(9);
   other.device = DeviceKind::host;
-  EXPECT_NE(refusal_to_resume(*world, other, {.resume_from = saved}).find("--light-paths: not on the device 'host'"),
-            std::string::npos);
+  expect_same_bits(render_open(*world, other, {.resume_from = saved}).film, whole, "resumed by a device");
   other = open_settings(9);
   other.chooses_light_paths = false;
   EXPECT_NE(refusal_to_resume(*world, other, {.resume_from = saved}).find("the state was rendered with light paths"),
@@ -186,7 +185,7 @@ TEST(ChooseLightPaths, StoppedPilotsChooseLater) {
   expect_same_bits(outcome.film, render_open(*world, open_settings()).film, "a render that began again");
 }
 
-TEST(ChooseLightPaths, AreOffOnDevicesAndWithClamps) {
+TEST(ChooseLightPaths, AreOffWithClampsAndCrops) {
   const auto world = glass_world(accel::Kind::kdtree);
   const auto expect_none = [&](const char* words, void (*change)(RenderSettings&)) {
     RenderSettings settings = open_settings(2);
@@ -203,11 +202,23 @@ TEST(ChooseLightPaths, AreOffOnDevicesAndWithClamps) {
     settings.chooses_light_paths = false;
     expect_same_bits(outcome.value().film, render_open(*world, settings).film, words);
   };
-  expect_none("not on the device 'host'", [](RenderSettings& s) { s.device = DeviceKind::host; });
-  expect_none("not on the device 'gpu'", [](RenderSettings& s) { s.device = DeviceKind::automatic; });
   expect_none("not with --clamp-indirect", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
   expect_none("with --outliers trim", [](RenderSettings& s) { s.outliers = Outliers::trim; });
   expect_none("a crop has those", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(30, 28)}; });
+}
+
+TEST(ChooseLightPaths, DevicesHaveTheChoiceOfTheCpu) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  const RenderOutcome expected = render_open(*world, open_settings(2));
+  ASSERT_GT(expected.statistics.light_paths.fraction, 0.0f);
+  for (const DeviceKind device : {DeviceKind::host, DeviceKind::automatic}) {
+    RenderSettings settings = open_settings(2);
+    settings.device = device;
+    const RenderOutcome found = render_open(*world, settings);
+    EXPECT_EQ(found.statistics.light_paths.fraction, expected.statistics.light_paths.fraction);
+    EXPECT_EQ(found.work.light_paths, expected.work.light_paths);
+    expect_same_bits(found.film, expected.film, std::string(device_kind_name(device)));
+  }
 }
 
 // A replayed sample is that of the render: without the light that light paths bring.

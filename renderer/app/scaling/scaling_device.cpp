@@ -23,7 +23,6 @@ RenderSettings settings_of(const ScalingStage& stage, const RenderOptions& optio
   settings.samples_per_pixel = samples_per_pixel;
   settings.device = device;
   settings.threads = threads;
-  settings.chooses_light_paths = false; // devices have none, and all images are to be the same
   return settings;
 }
 
@@ -117,6 +116,7 @@ Result<SharedSample> measure_shared(const ScalingStage& stage, const RenderOptio
   const Stopwatch merge_clock;
   Film film(here.size_px, whole, here.aovs);
   if (here.outliers == Outliers::trim) film.trim_outliers();
+  if (const Film& part = frame.outcome(0).value().film; part.has_splats()) film.enable_splats(part.splat_area());
   for (const size_t side : {0, 1}) film.add(frame.outcome(side).value().film);
   SharedSample sample;
   sample.merge_s = merge_clock.elapsed().wall_s;

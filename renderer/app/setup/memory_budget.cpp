@@ -114,8 +114,10 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const uint64_t untextured =
       d.geometry_bytes + instances + lights + environment + Costs::kGuide + budget.of(accel::Kind::kdtree).held;
   const uint64_t tiles = 4 * d.max_images_of_material * kTileBytes + texels_of_images / Costs::kTexelsOfTableByte;
-  WaveSetup waves{
-      .aovs = request.aovs, .direct_samples = request.direct_samples, .trims_outliers = request.trims_outliers};
+  WaveSetup waves{.aovs = request.aovs,
+                  .direct_samples = request.direct_samples,
+                  .trims_outliers = request.trims_outliers,
+                  .light_paths = request.light_paths ? 1.0f : 0.0f};
   budget.on_device = {untextured + texels_of_images, path_wave_bytes(waves)};
   waves.paths = kMinWaveSize;
   budget.on_device.min = untextured + std::min(d.unpaged_texture_bytes + tiles, texels_of_images) +

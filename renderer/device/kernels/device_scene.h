@@ -8,6 +8,7 @@
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/stages/first_hit.h"
+#include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -24,9 +25,10 @@ struct DeviceScene {
   BrightPatches patches;
   LightSelectionTreeView light_probabilities;
   VolumeGuideView volumes;
-  PathStages stages;        // of the path tracer
-  WhittedShader shader;     // of the Whitted tracer
-  FirstHitStages first_hit; // of ambient occlusion and the debug views
+  LightPathStages light_paths; // if stages.light_paths is set
+  PathStages stages;           // of the path tracer
+  WhittedShader shader;        // of the Whitted tracer
+  FirstHitStages first_hit;    // of ambient occlusion and the debug views
   Sampler sampler;
   PixelFilter filter;
 };

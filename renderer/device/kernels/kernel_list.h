@@ -19,9 +19,14 @@ struct RayBatch;
   KERNEL(intersect, PathWave)                                                                                          \
   KERNEL(intersect_opaque, PathWave)                                                                                   \
   KERNEL(shade, PathWave)                                                                                              \
+  KERNEL(shade_beside_light_paths, PathWave)                                                                           \
   KERNEL(trace_shadow, PathWave)                                                                                       \
   KERNEL(trace_shadow_opaque, PathWave)                                                                                \
   KERNEL(finish_pixel, PathWave)                                                                                       \
+  KERNEL(begin_light_path, PathWave)                                                                                   \
+  KERNEL(scatter_light_path, PathWave)                                                                                 \
+  KERNEL(trace_sight, PathWave)                                                                                        \
+  KERNEL(trace_sight_opaque, PathWave)                                                                                 \
   KERNEL(begin_tree, TreeWave)                                                                                         \
   KERNEL(take_node, TreeWave)                                                                                          \
   KERNEL(trace_node, TreeWave)                                                                                         \

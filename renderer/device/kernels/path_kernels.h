@@ -37,8 +37,11 @@ inline void intersect_opaque(const PathWave& wave, uint32_t number) {
       accel::kd::compact::intersect(wave.scene->tree, wave.path_rays[path], accel::kd::compact::AcceptAll{});
 }
 
-// Takes the results of the stages of a path.
+// Takes the results of the stages of a path. `kBeside`: light paths are traced, too.
+template <bool kBeside>
 struct WaveSink {
+  static constexpr bool kBesideLightPaths = kBeside;
+
   const PathWave& wave;
   uint32_t light_samples = 1; // at this surface: the most shadow rays that it adds
   uint32_t first_shadow = 0, shadow_count = 0;
@@ -90,8 +93,8 @@ struct LightsInTurn {
   }
 };
 
-// Shades the hit of an active path, or what it sees beyond the scene.
-inline void shade(const PathWave& wave, uint32_t launched) {
+template <bool kBeside>
+inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t number = number_of(wave.tiles, launched);
   const PathStages& stages = wave.scene->stages;
   const WorldView& world = wave.scene->world;
@@ -100,16 +103,16 @@ inline void shade(const PathWave& wave, uint32_t launched) {
   const accel::Hit hit = wave.hits[slot];
   const PathInFlight path{slot, wave.samples[slot], wave.states[slot], wave.media[slot],
                           wave.surfaces != nullptr ? wave.surfaces + slot : nullptr};
-  WaveSink sink{wave};
+  WaveSink<kBeside> sink{wave};
   if (!hit.is_hit()) {
     const EnvironmentView::Location at = world.lights.locate_in_environment(ray.direction);
-    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
+    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
     stages.shade_escaped(ray, at, path, sink);
     return;
   }
   if (const std::optional<float> distance = stages.scatter_distance(hit.t, path)) {
     (void)stages.measure_footprint(ray, *distance, path.state);
-    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
+    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
     stages.scatter_in_medium(ray, *distance, path, sink);
     return;
   }
@@ -130,9 +133,14 @@ inline void shade(const PathWave& wave, uint32_t launched) {
     query = stages.light_query(surface, ray.time, sampled);
     if (stages.samples_light(surface)) lights.count = sink.light_samples = stages.light_sample_count(path.state);
   }
-  if (world.lights.has_shapes) stages.add_shapes(ray, hit, path);
+  if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
   stages.shade_hit(ray, hit, surface, sampled, lights, path, sink);
 }
+
+// Shades the hit of an active path, or what it sees beyond the scene.
+inline void shade(const PathWave& wave, uint32_t number) { shade_path<false>(wave, number); }
+// The same beside light paths, whose weights take more of a GPU.
+inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) { shade_path<true>(wave, number); }
 
 // Adds the light of a shadow ray to its path if nothing is in between.
 inline void trace_one_shadow(const PathWave& wave, uint32_t number) {

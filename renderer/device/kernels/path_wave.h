@@ -4,6 +4,7 @@
 
 #include "accel/ray.h"
 #include "renderer/device/kernels/wave.h"
+#include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/path_state.h"
 
@@ -30,8 +31,20 @@ struct WaveShadow {
   uint32_t count = 0; // of the path's rays from this one on; 0: none, or they belong to one before
 };
 
-// The argument of the kernels of path_kernels.h. A path keeps its number, its slot, until the end
-// of the wave: that of its sample.
+// A light path.
+struct WaveLightPath {
+  LightPathState state;
+  uint32_t block = 0; // of the samples that it belongs to
+};
+
+// Light that a light path brings to the image.
+struct WaveSplat {
+  V2f film_px;
+  Rgb radiance; // times square pixels; black: something is in between
+};
+
+// The argument of the kernels of path_kernels.h and light_path_kernels.h. A path keeps its number,
+// its slot, until the end of the wave: that of its sample.
 struct PathWave : Wave {
   // By path.
   PathState* states = nullptr;
@@ -44,6 +57,11 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
+  // Light paths follow those of the camera, in rounds, and take over their rays, hits and queues.
+  // The shadow rays are those of the camera to the ends of light paths then.
+  uint32_t first_light_path = 0;        // of the round, among those of the wave
+  WaveLightPath* light_paths = nullptr; // of the round
+  WaveSplat* splats = nullptr;          // by shadow ray
 };
 
 } // namespace kindling

@@ -22,6 +22,9 @@ struct WaveBlock {
   uint32_t samples = 0;     // of each pixel; 0: see Wave::pixels
   uint32_t first_sample = 0;
   uint32_t first_pixel = 0;
+  // Its light paths: all pixels of a pass, row by row, then those of the next pass.
+  uint32_t first_light_path = 0;
+  uint32_t first_pass = 0;
 };
 
 // Samples of one pixel of a wave.

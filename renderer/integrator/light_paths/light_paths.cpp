@@ -9,6 +9,7 @@
 #include "renderer/integrator/stages/splat_pixels.h"
 
 #include <cmath>
+#include <utility>
 
 namespace kindling {
 
@@ -16,8 +17,8 @@ namespace {
 
 // The surface of a joint as the camera sees it; `ray` is that which reached it from the light.
 SeenSurface seen_at(const LightJoint& joint, const PathStages& stages, const SurfacePoint& surface,
-                    const accel::Hit& hit, const accel::Ray& ray) {
-  SeenSurface seen;
+                    const accel::Hit& hit, const accel::Ray& ray, SurfacePoint& scratch) {
+  SeenSurface seen{scratch};
   seen.find(*stages.world, surface.position, -joint.direction, hit, ray.time);
   seen.look(stages, -joint.direction, false, 0, 0.0f, 0.0f);
   return seen;
@@ -37,6 +38,13 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   camera = &seen_by;
   filter_width = filter.width();
   seed = render_seed;
+}
+
+std::unique_ptr<LightPaths> make_light_paths(const IntegratorSettings& settings, const World& world,
+                                             const Camera& camera, const PixelFilter& filter, uint32_t seed) {
+  if (!(settings.light_paths > 0.0f)) return nullptr;
+  auto light_paths = std::make_unique<LightPaths>(settings, world, camera, filter, seed);
+  return light_paths->useful() ? std::move(light_paths) : nullptr;
 }
 
 void LightPaths::start_block(const PixelRect& block, uint32_t pass, LightPathContext& context) const {
@@ -134,12 +142,13 @@ float LightPaths::arriving_density(const EmittedRay& emitted, const V3f& at) con
   return emission.direction_density(emitted.origin, emitted.direction) / (at - emitted.origin).length2();
 }
 
-// Returns the ratio of the densities of light paths and of paths from the camera as they are traced,
-// at a surface where `path` was joined to the camera.
+// Returns the ratio of the densities of light paths and of paths from the camera as they are
+// traced, at a surface where `path` was joined to the camera.
 float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                const accel::Ray& ray, const LightPathState& path, float arriving,
                                const LightJoint& joint) const {
-  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray);
+  SurfacePoint scratch;
+  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
                     -joint.direction);
   if (stages.patches) guided.guide_to(*stages.patches, seen.surface.position);
@@ -158,7 +167,8 @@ SplatParts LightPaths::parts_of(const PathStages& stages, const LightGroups& gro
   if (!groups.names.empty())
     parts.group = path.emitted.emitter == emission.environment_emitter() ? groups.environment
                                                                          : groups.of_emitter[path.emitted.emitter];
-  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray);
+  SurfacePoint scratch;
+  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
   const V3f local = seen.frame.to_local(-ray.direction);
   const FirstEvent event = event_towards(*seen.bsdf, local, local.z < 0.0f);
   if (event.kind == FirstEvent::Kind::transmission)

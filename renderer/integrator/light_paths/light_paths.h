@@ -12,6 +12,7 @@
 #include "renderer/world/world.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -91,5 +92,10 @@ class LightPaths : public LightPathStages {
   std::vector<uint8_t> caster_flags_;
   float fraction_; // of the samples that have a light path
 };
+
+// Returns the light paths of a render; null if there are none to trace.
+[[nodiscard]] std::unique_ptr<LightPaths> make_light_paths(const IntegratorSettings& settings, const World& world,
+                                                           const Camera& camera, const PixelFilter& filter,
+                                                           uint32_t seed);
 
 } // namespace kindling

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/light_path_stages.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/integrator/stages/camera_sight.h"
 #include "renderer/integrator/stages/emitted_path.h"
 #include "renderer/integrator/stages/prepare_path.h"
@@ -81,15 +82,17 @@ bool LightPathStages::take_color(uint32_t material, bool crosses, const PathStag
   return true;
 }
 
-bool LightPathStages::bounce(const PathStages& paths, const SurfacePoint& surface, const accel::Hit& hit,
-                             accel::Ray& ray, LightPathState& path) const {
+// Surfaces of bounce() and join_camera() share the stack of a GPU's thread, as neither is inlined.
+KINDLING_CALLED_ON_GPU bool LightPathStages::bounce(const PathStages& paths, SurfacePoint& surface,
+                                                    const accel::Hit& hit, accel::Ray& ray,
+                                                    LightPathState& path) const {
   if (path.bounces >= kMaxBounces) return false;
   const bool boundary = surface.layered && surface.layers.boundary;
   // One medium at a time: paths into nested ones, and out of open meshes, are left to the camera's.
   if (boundary && (surface.layers.entering == path.in_medium || (path.in_medium && path.material != surface.material)))
     return false;
   const V3f to_light = -ray.direction;
-  SeenSurface from_light{surface, {}, {}, {}};
+  SeenSurface from_light{surface};
   from_light.look(paths, to_light, path.in_medium, path.material, path.wavelength_nm,
                   draw_of(path, kFirstWavelength + path.bounces).x);
   const uint32_t dimension = kFirstLightBounce + 2U * path.bounces;
@@ -107,7 +110,8 @@ bool LightPathStages::bounce(const PathStages& paths, const SurfacePoint& surfac
   if (sampled->pdf == 0.0f) {
     path.throughput *= sampled->weight;
   } else {
-    SeenSurface from_camera;
+    SurfacePoint other_side;
+    SeenSurface from_camera{other_side};
     from_camera.find(*world, surface.position, wi, hit, ray.time);
     from_camera.look(paths, wi, inside, boundary ? surface.material : path.material, from_light.layers.wavelength_nm,
                      0.0f);
@@ -145,9 +149,10 @@ bool LightPathStages::bounce(const PathStages& paths, const SurfacePoint& surfac
   return true;
 }
 
-void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& surface, const accel::Hit& hit,
-                                  const accel::Ray& ray, const LightPathState& path,
-                                  std::optional<LightJoint>& joint) const {
+KINDLING_CALLED_ON_GPU void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& surface,
+                                                         const accel::Hit& hit, const accel::Ray& ray,
+                                                         const LightPathState& path,
+                                                         std::optional<LightJoint>& joint) const {
   // The surface itself is a diffuse bounce. The first caster is the last one from the camera, which
   // needs no further one.
   if (!paths.within_limits(1 + path.diffuse_bounces, path.glossy_bounces, path.transmission_bounces)) return;
@@ -161,7 +166,8 @@ void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& s
         film_px.y < static_cast<float>(size.y) + reach))
     return;
 
-  SeenSurface seen;
+  SurfacePoint seen_by_camera;
+  SeenSurface seen{seen_by_camera};
   seen.find(*world, surface.position, -direction, hit, ray.time);
   seen.look(paths, -direction, false, 0, 0.0f, 0.0f);
   const V3f to_light = -ray.direction;
@@ -177,7 +183,7 @@ void LightPathStages::join_camera(const PathStages& paths, const SurfacePoint& s
   const float largest = paths.settings.clamp_indirect * paths_per_pass, peak = max_component(radiance);
   if (peak > largest) radiance *= largest / peak;
   if (is_black(radiance) || !is_finite(radiance)) return;
-  const V3f to_target = offset_ray_origin(seen.surface, -direction) - eye;
+  const V3f to_target = offset_ray_origin(seen_by_camera, -direction) - eye;
   const float target_distance = to_target.length();
   joint = LightJoint{.film_px = film_px,
                      .radiance = radiance,

@@ -67,8 +67,8 @@ struct LightPathStages : LightPathView {
   // Steps of scatter().
   [[nodiscard]] static bool pass_straight(const PathStages& paths, SurfacePoint& surface, accel::Ray& ray,
                                           LightPathState& path);
-  [[nodiscard]] bool bounce(const PathStages& paths, const SurfacePoint& surface, const accel::Hit& hit,
-                            accel::Ray& ray, LightPathState& path) const;
+  [[nodiscard]] bool bounce(const PathStages& paths, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,
+                            LightPathState& path) const;
   // Gives a path that is refracted at dispersive glass its wavelength. False: such paths are left
   // to the camera's.
   [[nodiscard]] bool take_color(uint32_t material, bool crosses, const PathStages::LayersHere& layers,

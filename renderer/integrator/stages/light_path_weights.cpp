@@ -1,4 +1,4 @@
-// Weights of paths from the camera beside light paths. Devices trace no light paths.
+// Weights of paths from the camera beside light paths.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/path_stages.h"
 

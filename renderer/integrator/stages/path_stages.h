@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/base/on_gpu.h"
 #include "renderer/camera/camera.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/guiding/bright_patches.h"
@@ -59,6 +58,7 @@ struct ShadowRecord {
 //
 //   void extend(const PathInFlight&, const accel::Ray&)           the path continues with this ray
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
+//   kBesideLightPaths                                             false: never with light paths
 //   records(), arrive(), reflect(), offer_light()                 for the training of a guide
 //   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
 //   split_emission(), split_environment()                       kSplits (split_light.h)
@@ -121,7 +121,9 @@ struct PathStages {
   // Adds the light of the shapes that the ray crosses on its way to its hit, or to infinity. Shapes
   // block nothing. Camera rays do not see them, straight continuations through transparency
   // included.
-  void add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
+  template <typename Sink>
+  void add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path, const Sink& sink) const;
+  void add_shapes_alone(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const; // step of it
   // Returns that segment of the ray.
   [[nodiscard]] ShapeRay shape_ray(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
@@ -164,9 +166,10 @@ struct PathStages {
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
-  void add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const;
-  // Returns the light that the surface's emission contributes to the path.
-  [[nodiscard]] Rgb light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const;
+  // Returns the light that the surface's emission contributes to the path. `beside`: its weight
+  // beside light paths, emission_weight() or 1.
+  [[nodiscard]] Rgb light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, float beside,
+                                      const PathState& state) const;
   void regularize(SurfacePoint& surface, const PathState& state, uint32_t sample_index) const; // caustics.h
   // Records the data of a surface where a path ends or scatters; `bsdf` is null if it ends.
   void record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,
@@ -180,8 +183,12 @@ struct PathStages {
            transmissions <= settings.max_transmission_bounces && diffuse + glossy <= settings.max_bounces;
   }
 
-  // Light paths (light_path_weights.cpp), only if joins_light_paths().
-  [[nodiscard]] bool joins_light_paths() const { return !KINDLING_ON_GPU && light_paths != nullptr; }
+  // Light paths (light_path_weights.cpp), only if joins_light_paths(). Kernels that have none leave
+  // all of it out.
+  template <typename Sink>
+  [[nodiscard]] bool joins_light_paths() const {
+    return Sink::kBesideLightPaths && light_paths != nullptr;
+  }
   // Returns PathState::light_path_scale of a path that is scattered at the vertex.
   [[nodiscard]] float light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathState& state) const;
   // Notes the share that light paths find of what is scattered into a direction, and what else

@@ -11,10 +11,10 @@ namespace kindling {
 
 // The BSDF of a surface that is seen along wo, with the frame that it refers to.
 struct SeenSurface {
-  SurfacePoint surface;
-  Frame frame;
-  std::optional<SurfaceBsdf> bsdf;
-  PathStages::LayersHere layers;
+  SurfacePoint& surface; // look() completes its layers
+  Frame frame{};
+  std::optional<SurfaceBsdf> bsdf{};
+  PathStages::LayersHere layers{};
 
   // Evaluates the surface at a hit as it is seen from a direction.
   void find(const WorldView& world, const V3f& position, const V3f& wo, const accel::Hit& hit, float time) {

@@ -33,13 +33,8 @@ ShapeRay PathStages::shape_ray(const accel::Ray& ray, const accel::Hit& hit, con
   return stretch;
 }
 
-void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
+void PathStages::add_shapes_alone(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const {
   PathState& state = path.state;
-  if (state.bounce == 0) return;
-  if (joins_light_paths() && state.light_path_scale > 0.0f) {
-    add_shapes_beside_light_paths(ray, hit, path);
-    return;
-  }
   const Rgb radiance = world->lights.shape_radiance(shape_ray(ray, hit, path));
   if (!is_black(radiance)) state.light[state.light_class(state.bounce)] += state.throughput * radiance;
 }
@@ -53,7 +48,8 @@ void PathStages::regularize(SurfacePoint& surface, const PathState& state, uint3
     regularize_caustics(settings.caustics, after_diffuse, state.widest_lobe, sample_index, surface.bsdf);
 }
 
-Rgb PathStages::light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const {
+Rgb PathStages::light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, float beside,
+                                  const PathState& state) const {
   float weight = 1.0f;
   if (state.bsdf_pdf > 0.0f && surface.emissive_triangle != accel::kNoId) {
     const float distance = (surface.position - state.previous_position).length();
@@ -62,12 +58,7 @@ Rgb PathStages::light_of_emission(const accel::Ray& ray, const SurfacePoint& sur
                                                                    state.previous_normal, ray.direction, distance,
                                                                    state.light_probabilities, ray.time));
   }
-  if (joins_light_paths()) weight *= emission_weight(ray, surface, state);
-  return state.throughput * surface.emitted * (surface.alpha * weight);
-}
-
-void PathStages::add_emission(const accel::Ray& ray, const SurfacePoint& surface, PathState& state) const {
-  state.light[state.light_class(state.bounce)] += light_of_emission(ray, surface, state);
+  return state.throughput * surface.emitted * (surface.alpha * (weight * beside));
 }
 
 void PathStages::record_surface(const accel::Ray& ray, const SurfacePoint& surface, const SurfaceBsdf* bsdf,

@@ -15,6 +15,16 @@
 
 namespace kindling {
 
+template <typename Sink>
+inline void PathStages::add_shapes(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path,
+                                   const Sink& /*sink*/) const {
+  if (path.state.bounce == 0) return;
+  if (joins_light_paths<Sink>() && path.state.light_path_scale > 0.0f)
+    add_shapes_beside_light_paths(ray, hit, path);
+  else
+    add_shapes_alone(ray, hit, path);
+}
+
 template <typename Lights, typename Sink>
 inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                                   const SurfaceDraws& sampled, const Lights& lights, const PathInFlight& path,
@@ -24,8 +34,10 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
   sink.arrive(path, &surface);
   sink.surface_event(ray, hit, surface, state);
   if (!is_black(surface.emitted)) {
-    add_emission(ray, surface, state);
-    if constexpr (Sink::kSplits) sink.split_emission(path, hit, surface, light_of_emission(ray, surface, state));
+    const float beside = joins_light_paths<Sink>() ? emission_weight(ray, surface, state) : 1.0f;
+    const Rgb light = light_of_emission(ray, surface, beside, state);
+    state.light[state.light_class(state.bounce)] += light;
+    if constexpr (Sink::kSplits) sink.split_emission(path, hit, surface, light);
   }
   if (surface.unlit || (state.emission_only && !surface.has_thin_wall())) {
     if (surface.alpha < 1.0f && passes_through(1.0f - surface.alpha, path))
@@ -80,7 +92,7 @@ template <typename Lights, typename Sink>
   }
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
-  if (joins_light_paths()) path.state.light_path_scale = light_path_scale(ray, vertex, state);
+  if (joins_light_paths<Sink>()) path.state.light_path_scale = light_path_scale(ray, vertex, state);
   if (reflects) sample_bounce(vertex, path, sink);
 }
 
@@ -105,7 +117,7 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   const float weight = light.delta ? 1.0f : power_heuristic(pdf, eval.pdf);
   Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / pdf);
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light.distance, path);
-  if (joins_light_paths()) contribution *= light_path_weight(vertex, light, side, state);
+  if (joins_light_paths<Sink>()) contribution *= light_path_weight(vertex, light, side, state);
   const uint32_t key = ray_key(path.sample, state.dimension(kLightDimension));
   accel::Ray ray = make_shadow_ray(surface, light, number == 0 ? key : hash_combine(key, number),
                                    path.sample.address.index, vertex.time);
@@ -143,7 +155,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
 
   if constexpr (Sink::kSplits) sink.scatter_first(vertex, *scattered, path);
   const auto lights = static_cast<float>(light_sample_count(state));
-  if (joins_light_paths()) note_scattered(vertex, *scattered, state);
+  if (joins_light_paths<Sink>()) note_scattered(vertex, *scattered, state);
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
@@ -201,7 +213,7 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
   } else {
     radiance = world->lights.environment_radiance(at);
   }
-  if (joins_light_paths()) radiance *= environment_weight(ray, at, state);
+  if (joins_light_paths<Sink>()) radiance *= environment_weight(ray, at, state);
   state.light[state.light_class(state.bounce)] += state.throughput * radiance;
   if constexpr (Sink::kSplits) sink.split_environment(path, state.throughput * radiance);
   sink.escaped_event(ray, state);

@@ -16,11 +16,11 @@ template <typename Visit>
 inline void visit_splat_pixels(const PixelFilter& filter, const V2f& film_px, const V2i& min, const V2i& end,
                                const Visit& visit) {
   const float radius = 0.5f * filter.width();
-  const auto first = [&](float x, int least) {
-    return std::max(static_cast<int>(std::ceil(x - radius - 0.5f)), least);
+  const auto first = [&](float x, int lower) {
+    return std::max(static_cast<int>(std::ceil(x - radius - 0.5f)), lower);
   };
-  const auto last = [&](float x, int most) {
-    return std::min(static_cast<int>(std::floor(x + radius - 0.5f)) + 1, most);
+  const auto last = [&](float x, int upper) {
+    return std::min(static_cast<int>(std::floor(x + radius - 0.5f)) + 1, upper);
   };
   for (int y = first(film_px.y, min.y); y < last(film_px.y, end.y); ++y)
     for (int x = first(film_px.x, min.x); x < last(film_px.x, end.x); ++x) {

@@ -31,7 +31,6 @@ LightPathChoice choose_light_paths(const World& world, const Camera& camera, con
                                    ProgressListener* listener) {
   RenderSettings with = settings;
   with.integrator.light_paths = 1.0f;
-  if (with.device == DeviceKind::automatic) with.device = DeviceKind::gpu; // there may be one
   LightPathChoice choice;
   if (const Result<void> checked = check_light_paths(with, camera); !checked)
     choice.why_none = checked.error().message;

@@ -16,9 +16,9 @@ namespace kindling {
 
 // Chooses the fraction of the samples that have light paths. `guide` is that of a render without
 // light paths, or null. Paths come from all over the image, and their number follows
-// from its size and the planned samples or the time limit: crop, region, samples, threads and tiles
-// do not change the choice. It is 0 with anything that light paths do not work with, such as a
-// device, which `listener` is informed of if it is not null. `stopped` as in
+// from its size and the planned samples or the time limit: region, samples, threads, tiles and
+// device do not change the choice. It is 0 with a crop and with anything that light paths do not
+// work with, which `listener` is informed of if it is not null. `stopped` as in
 // renderer/integrator/pilots/light_path_pilot.h.
 [[nodiscard]] LightPathChoice choose_light_paths(const World& world, const Camera& camera,
                                                  const RenderSettings& settings, const Guide* guide,

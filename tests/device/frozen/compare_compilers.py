@@ -3,7 +3,7 @@
 
 usage: compare_compilers.py ROOT FREEZE_SCENE SCENES [--imath FOLDER] [--all]
 FREEZE_SCENE is the program of this build that freezes scenes (freeze_scene.cpp), SCENES a folder of scenes. Each variant compiles the sources of gpu_sources.txt and render_frozen.cpp by itself, and renders
-all scenes with both tracers. Without --all: the newest clang++, and g++ for arm64 where qemu-user-static can run it.
+all scenes with both tracers, and with light paths. Without --all: the newest clang++, and g++ for arm64 where qemu-user-static can run it.
 Exit code 0 if all images are the same, 1 if not."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -59,11 +59,11 @@ def build(root, imath, compiler, flags, folder):
 
 
 def frozen_scenes(freeze_scene, scenes, folder):
-    """The files of all scenes, frozen for both tracers."""
+    """The files of all scenes, frozen for both tracers, and for paths beside light paths."""
     found = [path for pattern in ("*.glb", "*.gltf") for path in scenes.rglob(pattern)]
     files = []
     for path in sorted(path for path in found if not LEFT_OUT & set(path.relative_to(scenes).parts[:-1])):
-        for tracer in ("path", "whitted"):
+        for tracer in ("path", "light_paths", "whitted"):
             file = folder / f"{path.stem}-{tracer}"
             subprocess.run([freeze_scene, path, file, tracer], check=True)
             files.append(file)

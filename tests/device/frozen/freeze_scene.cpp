@@ -1,10 +1,11 @@
 // Writes a scene as a device would hold it, with a hash of a small image by the CPU.
 //
-// usage: freeze_scene SCENE FILE path|whitted
+// usage: freeze_scene SCENE FILE path|light_paths|whitted
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device.h"
 #include "renderer/device/scene_on_device.h"
 #include "renderer/facade/render_stage.h"
+#include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/session/prepare/train_guide.h"
@@ -61,21 +62,22 @@ class Silence final : public ProgressListener {
   void on_info(std::string_view /*message*/) override {}
 };
 
-// Returns the words of the sums of beauty.
-std::vector<uint64_t> words_of(const Film& film) {
+// Returns the sums of a plane of the film; none: it is absent.
+template <typename Sum>
+std::vector<Sum> sums_of(const Film& film, std::string_view name) {
+  std::vector<Sum> sums;
   for (const Film::ConstPlane& plane : film.planes())
-    if (plane.name == "beauty") {
-      std::vector<uint64_t> words(plane.bytes.size() / sizeof(uint64_t));
-      std::memcpy(words.data(), plane.bytes.data(), plane.bytes.size());
-      return words;
+    if (plane.name == name) {
+      sums.resize(plane.bytes.size() / sizeof(Sum));
+      std::memcpy(sums.data(), plane.bytes.data(), plane.bytes.size());
     }
-  fail("the film has no sums");
+  return sums;
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) fail("usage: freeze_scene SCENE FILE path|whitted");
+  if (argc != 4) fail("usage: freeze_scene SCENE FILE path|light_paths|whitted");
   const bool whitted = std::string_view(argv[3]) == "whitted";
   Silence silence;
   ImageSettings image;
@@ -91,24 +93,31 @@ int main(int argc, char** argv) {
   settings.samples_per_pixel = 4;
   settings.guiding = Guiding::on;
   settings.integrator.kind = whitted ? IntegratorKind::whitted : IntegratorKind::path;
+  if (std::string_view(argv[3]) == "light_paths") settings.integrator.light_paths = 0.5f;
   const TrainedGuide trained = train_guide(world, camera, settings, nullptr, {});
   const Sampler sampler(settings.seed, settings.sampler, settings.planned());
   const PerLightSampling lights(world.light_set());
-  const PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, trained.guide.get());
+  PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, trained.guide.get());
+  const std::unique_ptr<LightPaths> light_paths =
+      make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
+  stages.light_paths = light_paths.get();
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   BlockDevice device;
-  const SceneOnDevice frozen(device, {world, camera, stages, shader, first_hit, sampler, settings.filter});
+  const SceneOnDevice frozen(device,
+                             {world, camera, stages, shader, first_hit, sampler, settings.filter, light_paths.get()});
   const Film film = valid(render(world, camera, settings, nullptr, nullptr)).film;
 
   test::FrozenScene header;
   header.address = kAddress;
   header.bytes = frozen.bytes();
-  header.rendered = test::hash_of_sums(words_of(film));
   header.width = settings.size_px.x;
   header.height = settings.size_px.y;
   header.samples = settings.samples_per_pixel;
   header.whitted = whitted ? 1 : 0;
+  header.rendered = test::hash_of_splats(test::hash_of_sums(sums_of<uint64_t>(film, "beauty")),
+                                         light_paths ? sums_of<SplatSum>(film, "splats") : std::vector<SplatSum>{});
+  if (light_paths) header.passes = light_path_passes(settings.integrator.light_paths, {0, header.samples}).count();
   std::ofstream file(argv[2], std::ios::binary);
   file.write(reinterpret_cast<const char*>(&header), sizeof header);
   file.write(reinterpret_cast<const char*>(frozen.address()), static_cast<std::streamsize>(frozen.bytes()));

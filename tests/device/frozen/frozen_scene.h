@@ -9,7 +9,7 @@
 #include "renderer/device/kernels/device_scene.h"
 #include "renderer/film/film_sums.h"
 
-#include <bit>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -17,7 +17,7 @@
 namespace kindling::test {
 
 struct FrozenScene {
-  static constexpr uint64_t kMagic = 0x316e657a6f726631; // "1frozen1"
+  static constexpr uint64_t kMagic = 0x326e657a6f726631; // "1frozen2"
 
   uint64_t magic = kMagic;
   uint64_t address = 0, bytes = 0;
@@ -26,12 +26,23 @@ struct FrozenScene {
   int32_t width = 0, height = 0;
   uint32_t samples = 0; // of each pixel
   uint32_t whitted = 0; // 1: the image is that of the Whitted tracer
+  uint32_t passes = 0;  // of light paths
 };
 
 // Returns a hash of the sums of all pixels, row by row.
 [[nodiscard]] inline uint64_t hash_of_sums(std::span<const uint64_t> words) {
   uint64_t hash = 0xcbf29ce484222325;
   for (const uint64_t word : words) hash = (hash ^ word) * 0x100000001b3 + (hash >> 29);
+  return hash;
+}
+
+// Adds the sums of the light of light paths to a hash.
+[[nodiscard]] inline uint64_t hash_of_splats(uint64_t hash, std::span<const SplatSum> sums) {
+  for (const SplatSum& sum : sums) {
+    std::array<uint64_t, sizeof(sum.rgb) / (sizeof(uint64_t))> words;
+    std::memcpy(words.data(), &sum.rgb, sizeof sum.rgb);
+    hash = hash * 31 + hash_of_sums(words);
+  }
   return hash;
 }
 

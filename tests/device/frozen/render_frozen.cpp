@@ -7,6 +7,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/device/kernels/all_kernels.h"
+#include "renderer/integrator/stages/splat_pixels.h"
 #include "tests/device/frozen/frozen_scene.h"
 
 #include <algorithm>
@@ -55,7 +56,8 @@ void launch(void (*kernel)(const Argument&, uint32_t), const Argument& wave, uin
   for (uint32_t i = 0; i < count; ++i) kernel(wave, i);
 }
 
-void render_paths(const DeviceScene* scene, WaveArrays& arrays) {
+// Returns the sums of the light of light paths, if there are any.
+std::vector<SplatSum> render_paths(const DeviceScene* scene, const FrozenScene& frozen, WaveArrays& arrays) {
   PathWave wave;
   arrays.lend_to(wave, scene);
   const size_t count = arrays.sample_count();
@@ -64,7 +66,7 @@ void render_paths(const DeviceScene* scene, WaveArrays& arrays) {
   std::vector<accel::Ray> path_rays(count), shadow_rays(count);
   std::vector<accel::Hit> hits(count);
   std::vector<uint32_t> active(count), next(count);
-  std::vector<ShadowRecord> shadow_records(count);
+  std::vector<WaveShadow> shadow_records(count);
   uint32_t next_count = 0, shadow_count = 0;
   wave.states = states.data();
   wave.media = media.data();
@@ -79,11 +81,36 @@ void render_paths(const DeviceScene* scene, WaveArrays& arrays) {
   for (uint32_t paths = arrays.sample_count(); paths > 0; paths = next_count) {
     launch(kernels::intersect, wave, paths);
     next_count = shadow_count = 0;
-    launch(kernels::shade, wave, paths);
+    launch(frozen.passes > 0 ? kernels::shade_beside_light_paths : kernels::shade, wave, paths);
     launch(kernels::trace_shadow, wave, shadow_count);
     std::swap(wave.active.paths, wave.next.paths);
   }
   launch(kernels::finish_pixel, wave, arrays.pixel_count());
+  if (frozen.passes == 0) return {};
+  const uint32_t light_path_count = frozen.passes * arrays.pixel_count();
+  std::vector<WaveLightPath> light_paths(light_path_count);
+  std::vector<WaveSplat> splats(light_path_count);
+  std::vector<SplatSum> sums(arrays.pixel_count());
+  wave.light_paths = light_paths.data();
+  wave.splats = splats.data();
+  next_count = 0;
+  launch(kernels::begin_light_path, wave, light_path_count);
+  while (next_count > 0) {
+    const uint32_t paths = next_count;
+    std::swap(wave.active.paths, wave.next.paths);
+    launch(kernels::intersect, wave, paths);
+    next_count = shadow_count = 0;
+    launch(kernels::scatter_light_path, wave, paths);
+    launch(kernels::trace_sight, wave, shadow_count);
+    for (uint32_t i = 0; i < shadow_count; ++i)
+      visit_splat_pixels(scene->filter, splats[i].film_px, V2i(0), V2i(frozen.width, frozen.height),
+                         [&](const V2i& pixel, float weight) {
+                           SplatSum& sum = sums[static_cast<size_t>(pixel.y * frozen.width + pixel.x)];
+                           const Rgb light = splats[i].radiance * weight;
+                           for (int c = 0; c < 3; ++c) sum.rgb[c].add(static_cast<double>(light[c]));
+                         });
+  }
+  return sums;
 }
 
 void render_trees(const DeviceScene* scene, WaveArrays& arrays) {
@@ -122,15 +149,17 @@ uint64_t render_file(const char* name, uint64_t& expected) {
   if (!file) std::abort();
   WaveArrays arrays(frozen);
   const auto* scene = static_cast<const DeviceScene*>(block);
+  std::vector<SplatSum> splats;
   if (frozen.whitted != 0)
     render_trees(scene, arrays);
   else
-    render_paths(scene, arrays);
+    splats = render_paths(scene, frozen, arrays);
   munmap(block, frozen.bytes);
   expected = frozen.rendered;
   static_assert(sizeof(PixelSum) % sizeof(uint64_t) == 0);
-  return hash_of_sums({reinterpret_cast<const uint64_t*>(arrays.sums.data()),
-                       arrays.sums.size() * sizeof(PixelSum) / sizeof(uint64_t)});
+  return hash_of_splats(hash_of_sums({reinterpret_cast<const uint64_t*>(arrays.sums.data()),
+                                      arrays.sums.size() * sizeof(PixelSum) / sizeof(uint64_t)}),
+                        splats);
 }
 
 } // namespace
