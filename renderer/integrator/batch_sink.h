@@ -6,6 +6,7 @@
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/photons/gather_photons.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
@@ -17,6 +18,7 @@ struct BatchSink {
 
   PathContext& context;
   const World& world; // for the names of materials
+  const PathStages& path_stages;
 
   void extend(const PathInFlight& path, const accel::Ray& ray) {
     append_reserved(context.next_active, path.slot);
@@ -25,6 +27,12 @@ struct BatchSink {
   void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
     append_reserved(context.shadow_rays, ray);
     append_reserved(context.shadow_records, record);
+  }
+
+  void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
+    if (context.photon_maps.empty()) return;
+    const PhotonMap& map = context.photon_maps.of_sample(path.sample.sample_index);
+    path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
   }
 
   [[nodiscard]] bool records() const { return context.recorder != nullptr; }

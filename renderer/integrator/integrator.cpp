@@ -55,6 +55,7 @@ void RayCounters::add(const RayCounters& other) {
   camera += other.camera;
   bounce += other.bounce;
   shadow += other.shadow;
+  photon += other.photon;
   paths += other.paths;
   whitted.reflection += other.whitted.reflection;
   whitted.transmission += other.whitted.transmission;

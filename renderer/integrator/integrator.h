@@ -31,6 +31,7 @@ struct RayCounters {
   uint64_t camera = 0;
   uint64_t bounce = 0;
   uint64_t shadow = 0;
+  uint64_t photon = 0; // of light paths to photon maps; not in total(), since any thread may trace them
   uint64_t paths = 0;
   WhittedCounters whitted;
   uint64_t non_finite = 0;                                  // samples dropped because their radiance was not finite
@@ -99,6 +100,8 @@ class Integrator {
                                  const SampleRates& /*rates*/, ThreadContext& /*context*/, Film& /*film*/) const {
     return 0;
   }
+  // The maximum number of samples that a pass over the image should have.
+  [[nodiscard]] virtual uint32_t samples_per_pass() const { return std::numeric_limits<uint32_t>::max(); }
   // The number of paths that render_blocks() can follow together; 0: those of one block.
   [[nodiscard]] virtual uint64_t paths_together() const { return 0; }
   // The same for several blocks, which are different; sets what was done.

@@ -54,6 +54,7 @@ struct IntegratorSettings {
   std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
   bool transparent_background = false; // camera rays that leave give alpha 0
   float light_paths = 0.0f; // fraction of the samples that have a light path (LightPaths); IntegratorKind::path alone
+  float photons = 0.0f;     // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
   LightGrouping light_groups = LightGrouping::off; // sums of the film by light group; IntegratorKind::path alone
   uint32_t batch_size = 256;                       // path states that a thread advances together, a multiple of 64
   WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above

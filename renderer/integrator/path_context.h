@@ -5,6 +5,7 @@
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/shade_group.h"
 #include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -47,6 +48,7 @@ class PathContext final : public ThreadContext {
   std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   LightPathContext light_paths;
+  BatchPhotonMaps photon_maps; // of the batch's samples; empty: no photons
   ShadeGroup group;
 };
 

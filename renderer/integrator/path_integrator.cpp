@@ -45,6 +45,10 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
   }
   light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
   stages_.light_paths = light_paths_.get();
+  if (light_paths_ && settings.photons > 0.0f) {
+    photon_maps_ = std::make_unique<PhotonMaps>(light_paths_->photon_paths_per_sample());
+    light_paths_->samples_per_map = photon_maps_->samples_per_map();
+  }
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
@@ -63,6 +67,15 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   return context;
 }
 
+bool PathIntegrator::take_photons(const SampleRange& samples, PathContext& context) const {
+  if (!photon_maps_ || context.recorder) return true; // a guide learns what photons leave
+  const PhotonMaps::Trace trace = [&](uint64_t first, uint64_t count, std::vector<Photon>& photons) {
+    light_paths_->trace_photons(stages_, first, count, context.light_paths, photons, context.counters);
+  };
+  return context.photon_maps.take(samples.first, samples.end, *photon_maps_, trace,
+                                  [this] { return world_.abandoned(); });
+}
+
 // All paths of a batch advance together, so that the accelerator receives streams of rays.
 uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& thread,
                                       Film& film) const {
@@ -72,6 +85,7 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
   for (uint32_t done = 0; done < samples.count(); done += per_batch) {
     const uint32_t first = samples.first + done;
     const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    if (!take_photons(batch, context)) return done;
     start_batch(block, batch, context);
     const size_t path_count = context.active.size();
     trace_camera_rays(block, batch, context);
@@ -140,7 +154,7 @@ void PathIntegrator::shade(PathContext& context) const {
     shade_split(context);
     return;
   }
-  BatchSink sink{context, world_};
+  BatchSink sink{context, world_, stages_};
   const size_t count = context.active.size();
   for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
     const size_t end = std::min(first + ShadeGroup::kSize, count);

@@ -6,6 +6,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_context.h"
+#include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/world/light_groups.h"
 
@@ -19,8 +20,9 @@ namespace kindling {
                                           const Sampler& sampler, const Guide* guide);
 
 // Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic
-// (Veach 1997, section 9.2). Unbiased up to the bounce limits, as long as no clamp is set and
-// caustics are full. What happens to a path is in stages/; this class leads batches of them.
+// (Veach 1997, section 9.2). Unbiased up to the bounce limits, as long as no clamp is set, caustics
+// are full and no photons are gathered. What happens to a path is in stages/; this class leads
+// batches of them.
 class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera, const Sampler& sampler,
@@ -32,8 +34,13 @@ class PathIntegrator final : public Integrator {
                         Film& film) const override;
   uint32_t render_levels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates,
                          ThreadContext& context, Film& film) const override;
+  [[nodiscard]] uint32_t samples_per_pass() const override {
+    return photon_maps_ ? photon_maps_->samples_per_pass() : Integrator::samples_per_pass();
+  }
 
  private:
+  // Takes the photon maps of these samples. False if the World was abandoned.
+  [[nodiscard]] bool take_photons(const SampleRange& samples, PathContext& context) const;
   // The loops over a batch, in the order in which they run.
   void start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
   void start_listed(const PixelRect& block, PathContext& context) const;
@@ -71,6 +78,7 @@ class PathIntegrator final : public Integrator {
   LightGroups light_groups_; // none: not split by them
   FirstHits first_hits_;
   std::unique_ptr<LightPaths> light_paths_;  // null: none are traced
+  std::unique_ptr<PhotonMaps> photon_maps_;  // null: no photons are gathered
   const ShadowCatchers* catchers_ = nullptr; // only with Aov::shadow_catcher
   std::unique_ptr<PathIntegrator> unshaded_; // of the scene without what shades them
 };

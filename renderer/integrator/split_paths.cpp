@@ -10,7 +10,7 @@ namespace kindling {
 
 void PathIntegrator::shade_split(PathContext& context) const {
   context.split_light->shadows.clear();
-  SplittingSink sink{{context, world_}, light_groups_};
+  SplittingSink sink{{context, world_, stages_}, light_groups_};
   const size_t count = context.active.size();
   for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
     const size_t end = std::min(first + ShadeGroup::kSize, count);

@@ -75,7 +75,8 @@ std::optional<SampleRange> RenderLoop::plan_pass() {
     if (settings_.time_limit_s && work_before_.render_s + now_s >= *settings_.time_limit_s) return std::nullopt;
   }
   const double passes_per_second = passes_ > 0 ? last_count_ / std::max(now_s - last_opened_s_, 1e-6) : 0.0;
-  uint32_t count = next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second).count();
+  uint32_t count = std::min(next_pass(opened_end_ - wanted_.first, wanted_.count(), passes_per_second).count(),
+                            integrator_.samples_per_pass());
   if (settings_.time_limit_s) { // passes become short, so that blocks differ by few samples at the end
     const double left = passes_per_second * (*settings_.time_limit_s - work_before_.render_s - now_s);
     count = static_cast<uint32_t>(std::clamp(left * kMaxShareOfTimeLeft, 1.0, static_cast<double>(count)));

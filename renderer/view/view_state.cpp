@@ -263,6 +263,7 @@ ImageSettings moving_settings(const ViewState& state, const ViewOptions& options
   image.planned_spp = image.spp;
   image.guiding = Guiding::off;
   image.chooses_light_paths = false;
+  image.integrator.photons = 0.0f;
   image.chooses_direct_samples = false;
   image.denoising = Denoising::off;
   image.seed = seed;

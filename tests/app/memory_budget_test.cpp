@@ -40,6 +40,7 @@ TEST(MemoryBudget, GrowsWithTheRequest) {
     grows([](MemoryDemand&, MemoryRequest& r) { r.aovs.insert(Aov::normal); });
     grows([](MemoryDemand&, MemoryRequest& r) { r.trims_outliers = true; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.light_paths = true; });
+    grows([](MemoryDemand&, MemoryRequest& r) { r.photons = 0.25f; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.denoising = Denoising::fast; });
     grows([](MemoryDemand&, MemoryRequest& r) { r.environment_texels = 1 << 19; });
     EXPECT_GE(plain.of(kind).peak, plain.of(kind).rendering);

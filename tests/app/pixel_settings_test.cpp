@@ -136,6 +136,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--caustics", {true, kNone, {"--caustics", "off"}}},
       {"--sample-rates", {true, kNone, {"--sample-rates", "noise"}}},
       {"--light-paths", {true, kNone, {"--light-paths", "0.25"}}},
+      {"--photons", {true, kNone, {"--photons", "0.25"}}},
       {"--guiding", {true, kNone, {"--guiding", "off"}}},
       {"--training-paths", {true, kNone, {"--training-paths", "4096"}}},
       {"--ao-distance", {true, kNone, {"--ao-distance", "1"}}},

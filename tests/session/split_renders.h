@@ -22,6 +22,7 @@ enum class SplitKind {
   rates,              // pixels with different numbers of samples
   light_paths,        // as many as a pilot chooses
   moving_light_paths, // clamped
+  photons,
 };
 
 struct SplitCase {
@@ -33,15 +34,15 @@ inline std::vector<SplitCase> all_split_cases() {
   std::vector<SplitCase> cases;
   for (const SplitKind kind :
        {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive, SplitKind::guided,
-        SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths})
+        SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths, SplitKind::photons})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path",   "jittered", "whitted",     "adaptive",          "guided",
-                                    "moving", "rates",    "light_paths", "moving_light_paths"};
+  constexpr const char* kNames[] = {"path",   "jittered", "whitted",     "adaptive",           "guided",
+                                    "moving", "rates",    "light_paths", "moving_light_paths", "photons"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -49,10 +50,11 @@ inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info
 class SplitScene {
  public:
   explicit SplitScene(const SplitCase& what)
-      : kind_(what.kind), world_(what.kind == SplitKind::moving               ? moving_world(what.accelerator)
-                                 : what.kind == SplitKind::light_paths        ? glass_world(what.accelerator)
-                                 : what.kind == SplitKind::moving_light_paths ? moving_glass_world(what.accelerator)
-                                                                              : mixed_world(what.accelerator)) {
+      : kind_(what.kind),
+        world_(what.kind == SplitKind::moving                                           ? moving_world(what.accelerator)
+               : what.kind == SplitKind::light_paths || what.kind == SplitKind::photons ? glass_world(what.accelerator)
+               : what.kind == SplitKind::moving_light_paths ? moving_glass_world(what.accelerator)
+                                                            : mixed_world(what.accelerator)) {
     WorldOptions options;
     options.accelerator = what.accelerator;
     std::vector<uint8_t> nodes(16, 0);
@@ -64,7 +66,7 @@ class SplitScene {
 
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
-    if (kind_ == SplitKind::light_paths) return glass_camera(kSize);
+    if (kind_ == SplitKind::light_paths || kind_ == SplitKind::photons) return glass_camera(kSize);
     if (kind_ == SplitKind::moving_light_paths) return moving_glass_camera(kSize);
     SceneCamera camera;
     if (kind_ == SplitKind::moving) {
@@ -115,6 +117,11 @@ class SplitScene {
       settings.integrator.clamp_indirect = 2.0f;
       settings.outliers = Outliers::keep;
       break;
+    case SplitKind::photons:
+      settings.samples_per_pixel = 40; // of three maps
+      settings.integrator.photons = 1.0f;
+      settings.integrator.light_groups = LightGrouping::off;
+      break;
     }
     return settings;
   }
@@ -138,6 +145,7 @@ class SplitScene {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
     if ((kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths) && is_motion(aov)) return false;
     if (has_light_paths() && aov == Aov::shadow_catcher) return false;
+    if (kind_ == SplitKind::photons && (is_light_pass(aov) || aov == Aov::shadow_catcher)) return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

@@ -1,4 +1,5 @@
-// Declares --light-radius, --sun-angle, --direct-samples, --light-paths and --light-groups.
+// Declares --light-radius, --sun-angle, --direct-samples, --light-paths, --photons and
+// --light-groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 
@@ -57,6 +58,13 @@ void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {
                           "for as many as pay off, by a short pilot [{}]",
                           o.chooses_light_paths ? "auto" : "0"),
               [&o](auto text) { return set_light_paths(text, o); });
+}
+
+void add_photons_flag(FlagSet& flags, IntegratorSettings& s) {
+  flags.value("--photons", "FRACTION",
+              "Gather photons where caustics are seen in mirrors and through glass: this many for each sample of a "
+              "pixel; 0: none. Blurs caustics by about a pixel, less with more samples [0]",
+              [&s](auto text) { return store(parse_number(text, 0.0, 1.0), s.photons); });
 }
 
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& s) {

@@ -72,8 +72,10 @@ std::string format_summary(const RenderReport& r) {
                         format_seconds(d.pilot_s), d.samples, d.samples == 1 ? "" : "s", d.predicted);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
-  text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}; {}\n", count(s.rays.total()),
-                      count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow), rate(r.rays_per_s(), "rays"));
+  text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}{}; {}\n", count(s.rays.total()),
+                      count(s.rays.camera), count(s.rays.bounce), count(s.rays.shadow),
+                      s.rays.photon > 0 ? fmt::format(", and {} of photons", count(s.rays.photon)) : "",
+                      rate(r.rays_per_s(), "rays"));
   text += fmt::format("  paths   {}; {}\n", count(s.rays.paths), rate(r.paths_per_s(), "paths"));
   if (const auto& c = r.checkpoint)
     text += fmt::format(

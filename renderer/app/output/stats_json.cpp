@@ -102,8 +102,11 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;
-  json["rays"] = {
-      {"camera", s.rays.camera}, {"bounce", s.rays.bounce}, {"shadow", s.rays.shadow}, {"total", s.rays.total()}};
+  json["rays"] = {{"camera", s.rays.camera},
+                  {"bounce", s.rays.bounce},
+                  {"shadow", s.rays.shadow},
+                  {"total", s.rays.total()},
+                  {"photon", s.rays.photon}};
   if (r.whitted) {
     const WhittedCounters& w = s.rays.whitted;
     json["whitted"] = {{"form", whitted_form_name(r.whitted->form)},

@@ -8,6 +8,7 @@
 #include "renderer/device/device_plan.h"
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/film/film.h"
+#include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/world/geometry.h"
 
 #include <fmt/format.h>
@@ -28,6 +29,15 @@ uint64_t film_bytes(const MemoryRequest& request) {
   if (request.light_paths) one.enable_splats();
   const uint64_t of_pixel = one.memory_bytes() + (request.aovs.has_mattes() ? Costs::kFurtherMattes : 0);
   return of_pixel * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
+}
+
+// Two photons for each path are more than scenes of water and glass have.
+uint64_t photon_bytes(const MemoryRequest& request) {
+  if (request.photons == 0.0f) return 0;
+  const double pixels = static_cast<double>(request.size_px.x) * static_cast<double>(request.size_px.y);
+  const PhotonMaps maps(static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels)));
+  constexpr uint64_t kPhotonsPerPath = 2;
+  return PhotonMaps::kKept * kPhotonsPerPath * maps.paths_per_map() * PhotonMap::kBytes;
 }
 
 uint64_t count_mattes(AovSet aovs) {
@@ -76,6 +86,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                        fmt::format("{}x{}{}", request.size_px.x, request.size_px.y,
                                    request.aovs.has_mattes() ? ", four objects in each pixel" : "")},
                   Part{"guide", Costs::kGuide, "at most"},
+                  Part{"photons", photon_bytes(request), "of all maps"},
                   Part{"writing", pixels * (Costs::kPixelOfImage + count_mattes(request.aovs) * Costs::kPixelOfMatte),
                        "the image, resolved and encoded"},
                   Part{"denoising", denoise_memory_bytes(request.size_px, request.denoising),

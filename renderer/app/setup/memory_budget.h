@@ -29,6 +29,7 @@ struct MemoryRequest {
   bool trims_outliers = false;
   uint32_t direct_samples = 1;
   bool light_paths = false;
+  float photons = 0.0f; // IntegratorSettings::photons
   int threads = 1;
   std::optional<uint64_t> texture_memory_bytes; // --texture-memory
   uint64_t environment_texels = 0;              // of --env; 0: none, or a constant one

@@ -55,6 +55,7 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
                                                                                 : options.integrator.direct_samples);
   request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene.scene));
+  request.photons = options.integrator.photons;
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;

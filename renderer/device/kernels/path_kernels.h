@@ -61,7 +61,9 @@ struct WaveSink {
     wave.shadow_records[place].record = record;
     wave.shadow_records[first_shadow].count = ++shadow_count;
   }
-  // Guides are trained, samples replayed and light groups and passes rendered on the CPU.
+  // Photons are gathered, guides trained, samples replayed, and light groups and passes rendered on
+  // the CPU.
+  void gather_photons(const PathStages::Vertex& /*vertex*/, const PathInFlight& /*path*/, float /*radius2*/) {}
   static constexpr bool kSplits = false;
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}

@@ -8,6 +8,7 @@
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -33,7 +34,13 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   sampling_.emplace(whole_world.lights, find_targets(whole_world, caster_flags_), whole_world.bounds);
   emission = *sampling_;
   casters = caster_flags_;
-  paths_per_pass = fraction_ * static_cast<float>(seen_by.size_px().x) * static_cast<float>(seen_by.size_px().y);
+  const float pixels = static_cast<float>(seen_by.size_px().x) * static_cast<float>(seen_by.size_px().y);
+  paths_per_pass = fraction_ * pixels;
+  constexpr float kMaxPhotons = 0x1p31f; // they are numbered by 32 bits
+  if (settings.photons > 0.0f) photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
+  constexpr float kMaxRadius = 0.02f; // in relation to the largest caster
+  for (const EmissionTarget& target : emission.targets)
+    max_photon_radius_m = std::max(max_photon_radius_m, kMaxRadius * target.radius);
   world = &whole_world;
   camera = &seen_by;
   filter_width = filter.width();
@@ -42,7 +49,7 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
 
 std::unique_ptr<LightPaths> make_light_paths(const IntegratorSettings& settings, const World& world,
                                              const Camera& camera, const PixelFilter& filter, uint32_t seed) {
-  if (!(settings.light_paths > 0.0f)) return nullptr;
+  if (!(settings.light_paths > 0.0f || settings.photons > 0.0f)) return nullptr;
   auto light_paths = std::make_unique<LightPaths>(settings, world, camera, filter, seed);
   return light_paths->useful() ? std::move(light_paths) : nullptr;
 }
@@ -88,6 +95,18 @@ void LightPaths::trace_numbers(const PathStages& stages, uint64_t first, uint64_
   follow(stages, context, counters);
 }
 
+void LightPaths::trace_photons(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
+                               std::vector<Photon>& photons, RayCounters& counters) const {
+  constexpr uint64_t kFirstNumber = uint64_t{1} << 62; // no sample has a light path of these numbers
+  clear(context);
+  context.photons = &photons;
+  for (uint64_t number = first; number < first + count; ++number) start_path(kFirstNumber + number, context);
+  RayCounters rays;
+  follow(stages, context, rays);
+  counters.photon += rays.total();
+  context.photons = nullptr;
+}
+
 void LightPaths::follow(const PathStages& stages, LightPathContext& context, RayCounters& counters) const {
   while (!context.active.empty() && !world_.abandoned()) {
     context.hits.resize(context.rays.size());
@@ -111,9 +130,10 @@ void LightPaths::follow(const PathStages& stages, LightPathContext& context, Ray
 
 bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                               LightPathContext& context) const {
+  LightPathState& path = context.paths[number];
+  if (context.photons) return scatter_photon(stages, hit, ray, path, *context.photons);
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
-  LightPathState& path = context.paths[number];
   if (context.measures && path.bounces == 0)
     context.arriving[number] = arriving_density(path.emitted, surface.position);
   const accel::Ray arrived = ray;
@@ -128,6 +148,32 @@ bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, a
     context.camera_rays.push_back(joint->sight);
   }
   return continues;
+}
+
+// Gathering decides what a surface reflects of its photons.
+bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
+                                std::vector<Photon>& photons) const {
+  SurfacePoint surface;
+  world_.surface_at(ray, hit, surface);
+  const Arrival arrival = arrive(hit, surface, path);
+  if (arrival == Arrival::ends) return false;
+  if (arrival == Arrival::passes_straight) return pass_straight(stages, surface, ray, path);
+  if (arrival == Arrival::joins) {
+    const float cosine = std::abs(ray.direction.dot(surface.geometric_normal));
+    const float eta = path.in_medium ? world_.medium(path.material).ior : 1.0f;
+    const Photon photon{.position = surface.position,
+                        .to_light = -ray.direction,
+                        .normal = surface.geometric_normal,
+                        .power = path.throughput *
+                                 (1.0f / (eta * eta * cosine * photons_per_pass * static_cast<float>(samples_per_map))),
+                        .density = path.emitted.density,
+                        .medium = path.in_medium ? path.material : Photon::kNoMedium,
+                        .diffuse = path.diffuse_bounces,
+                        .glossy = path.glossy_bounces,
+                        .transmission = path.transmission_bounces};
+    if (is_finite(photon.power)) photons.push_back(photon);
+  }
+  return bounce(stages, surface, hit, ray, path);
 }
 
 // Returns the density of light paths at a point, per square meter perpendicular to the emitted ray,

@@ -4,6 +4,7 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator_settings.h"
+#include "renderer/integrator/photons/photon_map.h"
 #include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/light/emission_sampling.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -41,8 +42,9 @@ struct LightPathContext {
   std::vector<uint8_t> occluded;
   std::vector<Splat> found; // of all paths
   uint64_t path_count = 0;
-  bool measures = false;               // finds Splat::traced_ratio, for a pilot
-  const LightGroups* splits = nullptr; // finds Splat::parts; the groups may have no names
+  bool measures = false;                  // finds Splat::traced_ratio, for a pilot
+  const LightGroups* splits = nullptr;    // finds Splat::parts; the groups may have no names
+  std::vector<Photon>* photons = nullptr; // set while paths leave photons and are not joined to the camera
 };
 
 // Traces light paths in addition to those from the camera (Arvo 1986, "Backward Ray Tracing"; Veach
@@ -63,6 +65,11 @@ class LightPaths : public LightPathStages {
   void trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples, LightPathContext& context,
              RayCounters& counters) const;
   void add_to(const PixelRect& block, const LightPathContext& context, Film& film) const;
+  // Returns the number of light paths of photon maps for each sample of all pixels.
+  [[nodiscard]] uint64_t photon_paths_per_sample() const { return static_cast<uint64_t>(photons_per_pass); }
+  // Appends the photons of light paths by their numbers; these are others than those of trace().
+  void trace_photons(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
+                     std::vector<Photon>& photons, RayCounters& counters) const;
   // Traces light paths by their numbers, which belong to no samples.
   void trace_numbers(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
                      RayCounters& counters) const;
@@ -75,6 +82,9 @@ class LightPaths : public LightPathStages {
   // Moves a path on from its hit. True if it continues with the ray that replaces `ray`.
   bool scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                     LightPathContext& context) const;
+  // The same for a path that leaves photons.
+  bool scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
+                      std::vector<Photon>& photons) const;
   [[nodiscard]] float arriving_density(const EmittedRay& emitted, const V3f& at) const;
   [[nodiscard]] float traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                    const accel::Ray& ray, const LightPathState& path, float arriving,

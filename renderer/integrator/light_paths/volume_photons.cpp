@@ -52,6 +52,7 @@ struct PhotonSink {
       events.push_back({position, -ray.direction, weight});
   }
   void add_shadow(const accel::Ray&, const ShadowRecord&) {} // no light is sampled
+  void gather_photons(const PathStages::Vertex&, const PathInFlight&, float) {}
   [[nodiscard]] static bool records() { return false; }
   void arrive(const PathInFlight&, const SurfacePoint*) {}
   void reflect(const PathStages::Vertex&, const GuidedBsdf::Sample&, const PathInFlight&) {}

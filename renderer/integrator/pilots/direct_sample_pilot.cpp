@@ -107,6 +107,7 @@ DirectSampleChoice choose_direct_samples(const World& world, const Camera& camer
       IntegratorSettings one = settings.integrator;
       one.direct_samples = kCounts[count];
       one.light_paths = 0.0f;
+      one.photons = 0.0f;
       one.light_groups = LightGrouping::off;
       const Sampler sampler(hash_combine(hash_u32(settings.seed ^ 0xa54ff53aU), static_cast<uint32_t>(run)));
       const PathIntegrator integrator(one, world, camera, sampler, settings.filter, AovSet{}, settings.guide);

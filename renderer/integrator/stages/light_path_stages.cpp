@@ -44,21 +44,29 @@ bool LightPathStages::start(uint64_t number, LightPathState& path, accel::Ray& r
 bool LightPathStages::scatter(const PathStages& paths, const accel::Hit& hit, SurfacePoint& surface, accel::Ray& ray,
                               LightPathState& path, std::optional<LightJoint>& joint) const {
   joint.reset();
-  if (surface.unlit) return false;
+  const Arrival arrival = arrive(hit, surface, path);
+  if (arrival == Arrival::ends) return false;
+  if (arrival == Arrival::passes_straight) return pass_straight(paths, surface, ray, path);
+  if (arrival == Arrival::joins && !path.in_medium) join_camera(paths, surface, hit, ray, path, joint);
+  return bounce(paths, surface, hit, ray, path);
+}
+
+LightPathStages::Arrival LightPathStages::arrive(const accel::Hit& hit, const SurfacePoint& surface,
+                                                 LightPathState& path) const {
+  if (surface.unlit) return Arrival::ends;
   if (path.in_medium) path.throughput *= exp_negative(world->medium(path.material).extinction * hit.t);
-  if (surface.has_thin_wall()) return pass_straight(paths, surface, ray, path);
-  if (surface.alpha < 1.0f) return false;
+  if (surface.has_thin_wall()) return Arrival::passes_straight;
+  if (surface.alpha < 1.0f) return Arrival::ends;
   const bool caster = is_caster(surface.material);
   if (path.bounces == 0) {
-    if (!caster) return false;
+    if (!caster) return Arrival::ends;
     path.throughput *= emission.radiance(path.emitted, surface.position) / path.emitted.finite_density;
     path.first_throughput = max_component(path.throughput);
   }
-  if (is_black(path.throughput)) return false;
+  if (is_black(path.throughput)) return Arrival::ends;
   const bool boundary = surface.layered && surface.layers.boundary;
-  if (boundary && !caster) return false;
-  if (path.bounces > 0 && !boundary && !path.in_medium) join_camera(paths, surface, hit, ray, path, joint);
-  return bounce(paths, surface, hit, ray, path);
+  if (boundary && !caster) return Arrival::ends;
+  return path.bounces > 0 && !boundary ? Arrival::joins : Arrival::scatters;
 }
 
 bool LightPathStages::pass_straight(const PathStages& paths, SurfacePoint& surface, accel::Ray& ray,

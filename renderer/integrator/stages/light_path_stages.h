@@ -65,6 +65,12 @@ struct LightPathStages : LightPathView {
                              LightPathState& path, std::optional<LightJoint>& joint) const;
 
   // Steps of scatter().
+  //
+  // Whether a path goes on from a surface, and how; where it `joins`, it scatters and paths from
+  // the camera may be joined to it.
+  enum class Arrival : uint8_t { ends, passes_straight, scatters, joins };
+  // Applies what lies between the last surface and this one.
+  [[nodiscard]] Arrival arrive(const accel::Hit& hit, const SurfacePoint& surface, LightPathState& path) const;
   [[nodiscard]] static bool pass_straight(const PathStages& paths, SurfacePoint& surface, accel::Ray& ray,
                                           LightPathState& path);
   [[nodiscard]] bool bounce(const PathStages& paths, SurfacePoint& surface, const accel::Hit& hit, accel::Ray& ray,

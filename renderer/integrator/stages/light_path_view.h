@@ -3,11 +3,13 @@
 #pragma once
 
 #include "accel/ray.h"
+#include "renderer/base/elementary.h"
 #include "renderer/bsdf/narrow_lobes.h"
 #include "renderer/camera/camera.h"
 #include "renderer/light/emission_view.h"
 #include "renderer/world/surface_point.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -24,6 +26,10 @@ namespace kindling {
 // the cosine. Étendue is conserved between them along any chain of mirrors and refractions, so the
 // weight depends on the ends of a path alone. That is exact for smooth casters; for others it is a
 // weight that still sums to 1.
+//
+// Where the camera sees a surface over casters, no camera ray reaches it in a straight line: there
+// light paths become photons (photons/photon_maps.h), which are joined to paths from the camera
+// that pass nearby.
 struct LightPathView {
   static constexpr int kMaxBounces = 32;            // longer paths are left to the camera's
   static constexpr float kMaxNarrowAlpha = 0.1225f; // of a caster's lobes: roughness 0.35
@@ -32,6 +38,9 @@ struct LightPathView {
   EmissionView emission;
   std::span<const uint8_t> casters; // by material: 1 if it is one
   float paths_per_pass = 0.0f;      // light paths while each pixel of the image takes one sample
+  float photons_per_pass = 0.0f;    // the same for photons; 0: there are none
+  uint32_t samples_per_map = 1;     // of a pixel, which share photons
+  float max_photon_radius_m = 0.0f; // from the casters' size
 
   [[nodiscard]] bool is_caster(uint32_t material) const { return casters[material] != 0; }
 
@@ -39,6 +48,20 @@ struct LightPathView {
   // paths from the camera. `camera_px` is the density of camera rays at the surface, in pixels per
   // square meter.
   [[nodiscard]] float ratio_scale(float camera_px) const { return paths_per_pass * kPi / camera_px; }
+
+  // Returns the same at a surface where photons are gathered within a radius.
+  [[nodiscard]] float photon_ratio_scale(float radius2) const { return photons_per_pass * kPi * (kPi * radius2); }
+
+  // Returns the square of the radius within which a sample of a pixel gathers photons, given the
+  // width of the pixel's cone there. It shrinks from map to map, so that the mean of all samples
+  // converges to the image without bias (Knaus and Zwicker 2011, "Progressive Photon Mapping: A
+  // Probabilistic Approach", with alpha = 2/3).
+  [[nodiscard]] float photon_radius2(float pixel_width_m, uint32_t sample) const {
+    constexpr float kPixels = 1.5f; // with the first map
+    const uint32_t samples_before = sample / samples_per_map * samples_per_map;
+    return square(std::min(kPixels * pixel_width_m, max_photon_radius_m)) *
+           elementary::pow(static_cast<float>(samples_before + 1), -1.0f / 3.0f);
+  }
 
   // Returns the density of camera rays of a time at a surface with this normal, in pixels per square
   // meter. `direction` is that of the ray, unit.

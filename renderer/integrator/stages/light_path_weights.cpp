@@ -27,27 +27,54 @@ float weight_beside(const PathState& state, float ratio) {
 
 } // namespace
 
-float PathStages::light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathState& state) const {
+float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathInFlight& path) const {
+  PathState& state = path.state;
   const SurfacePoint& surface = vertex.surface;
+  const float before = std::abs(state.light_path_scale);
+  state.light_path_scale = 0.0f;
   if (is_left_out(vertex, state)) return 0.0f;
-  const bool caster = light_paths->is_caster(surface.material);
-  if (!caster && is_boundary(surface)) return 0.0f;
-  if (state.bounce > 0) return caster ? std::abs(state.light_path_scale) : -std::abs(state.light_path_scale);
-  if (is_boundary(surface) || state.in_medium || state.transparent_surfaces > 0) return 0.0f;
-  const float distance = (surface.position - ray.origin).length();
-  return -light_paths->ratio_scale(
-      LightPathView::camera_density(*camera, ray.direction, distance, surface.geometric_normal, ray.time));
+  if (before != 0.0f) { // joined before
+    const bool caster = light_paths->is_caster(surface.material);
+    if (caster || !is_boundary(surface)) state.light_path_scale = caster ? before : -before;
+    return 0.0f;
+  }
+  if (!state.narrow_so_far || is_boundary(surface)) return 0.0f;
+  const bool seen_directly = state.bounce == 0 && !state.in_medium && state.transparent_surfaces == 0;
+  if (seen_directly && light_paths->paths_per_pass > 0.0f) {
+    const float distance = (surface.position - ray.origin).length();
+    state.light_path_scale = -light_paths->ratio_scale(
+        LightPathView::camera_density(*camera, ray.direction, distance, surface.geometric_normal, ray.time));
+    return 0.0f;
+  }
+  if (!gathers_photons(path)) return 0.0f;
+  const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.sample.sample_index);
+  // A cosine lobe is that many times as dense, seen from outside.
+  const float eta = state.in_medium ? world->medium(*path.media.innermost()).ior : 1.0f;
+  state.light_path_scale = -light_paths->photon_ratio_scale(radius2) * eta * eta;
+  return radius2;
+}
+
+// Light paths enter no scattering media, and a path with a wavelength cannot be joined to one that
+// may have another.
+bool PathStages::gathers_photons(const PathInFlight& path) const {
+  if (!(light_paths->photons_per_pass > 0.0f) || path.state.wavelength_nm != 0.0f) return false;
+  return !path.state.in_medium || is_black(world->medium(*path.media.innermost()).scattering);
 }
 
 void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
-  if (state.light_path_scale == 0.0f) return;
+  const bool joins_here = state.narrow_so_far; // if it is not for the narrow lobes alone
+  if (!joins_here && state.light_path_scale == 0.0f) return;
   const SurfacePoint& surface = vertex.surface;
-  const bool caster = light_paths->is_caster(surface.material);
+  const bool caster = light_paths->is_caster(surface.material) && !is_left_out(vertex, state);
   const uint32_t narrow = caster ? narrow_steps(vertex, scattered.wi, scattered.pdf == 0.0f) : 0;
-  if (state.bounce == 0)
+  if (joins_here) {
+    state.narrow_so_far = narrow == LightPathView::kShares;
+    if (state.narrow_so_far) state.light_path_scale = 0.0f;
+    if (state.light_path_scale == 0.0f) return;
     state.first_share = static_cast<uint8_t>(LightPathView::kShares - narrow);
-  else
+  } else {
     state.last_share = static_cast<uint8_t>(narrow);
+  }
   if (!is_boundary(surface) || !(world->medium(surface.material).dispersion > 0.0f)) return;
   if (LightPathView::mixes_colors(scattered.cosine < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
                                   state.reflected_undispersed))

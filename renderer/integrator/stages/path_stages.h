@@ -58,6 +58,7 @@ struct ShadowRecord {
 //
 //   void extend(const PathInFlight&, const accel::Ray&)           the path continues with this ray
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
+//   gather_photons(const Vertex&, const PathInFlight&, radius2)   adds the light of photons near the surface
 //   kBesideLightPaths                                             false: never with light paths
 //   records(), arrive(), reflect(), offer_light()                 for the training of a guide
 //   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
@@ -189,8 +190,12 @@ struct PathStages {
   [[nodiscard]] bool joins_light_paths() const {
     return Sink::kBesideLightPaths && light_paths != nullptr;
   }
-  // Returns PathState::light_path_scale of a path that is scattered at the vertex.
-  [[nodiscard]] float light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathState& state) const;
+  // Sets PathState::light_path_scale of a path that is scattered at the vertex. Returns the square
+  // of the radius within which photons are gathered there; 0: none are.
+  [[nodiscard]] float find_light_path_scale(const accel::Ray& ray, const Vertex& vertex,
+                                            const PathInFlight& path) const;
+  // True if photons may be gathered at a surface that is no boundary.
+  [[nodiscard]] bool gathers_photons(const PathInFlight& path) const;
   // Notes the share that light paths find of what is scattered into a direction, and what else
   // excludes them. Called before the path crosses the surface.
   void note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const;

@@ -43,11 +43,14 @@ struct PathState {
   bool in_medium : 1 = false;       // PathContext::media of the slot is valid and not empty
   // Only with light paths: it was reflected off dispersive glass before it took on a wavelength.
   bool reflected_undispersed : 1 = false;
-  // LightPathView::ratio_scale() at the first surface while light paths find what this path finds:
-  // negative on the way to the first caster, positive behind it; else 0.
+  // Only with light paths: all surfaces so far were casters that scattered it narrowly.
+  bool narrow_so_far : 1 = true;
+  // LightPathView::ratio_scale() or photon_ratio_scale() at the surface where light paths are
+  // joined, while they find what this path finds: negative on the way to the first caster behind
+  // it, positive from there on; else 0.
   float light_path_scale = 0.0f;
-  // The shares of its light that light paths find, in 1 / LightPathView::kShares: what the first
-  // surface does not reflect narrowly, and what the last caster does.
+  // The shares of its light that light paths find, in 1 / LightPathView::kShares: what the surface
+  // where they are joined does not reflect narrowly, and what the last caster does.
   uint8_t first_share = 0, last_share = 0;
 
   [[nodiscard]] int diffuse_bounces() const { return bounce - glossy_bounces - transmission_bounces; }

@@ -92,7 +92,10 @@ template <typename Lights, typename Sink>
   }
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
-  if (joins_light_paths<Sink>()) path.state.light_path_scale = light_path_scale(ray, vertex, state);
+  if (joins_light_paths<Sink>()) {
+    const float radius2 = find_light_path_scale(ray, vertex, path);
+    if (reflects && radius2 > 0.0f) sink.gather_photons(vertex, path, radius2);
+  }
   if (reflects) sample_bounce(vertex, path, sink);
 }
 

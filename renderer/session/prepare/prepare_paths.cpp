@@ -17,7 +17,7 @@ DirectSampleChoice prepare_direct_samples(const World& world, const Camera& came
   DirectSampleChoice choice{.samples = settings.integrator.direct_samples};
   if (!std::exchange(settings.chooses_direct_samples, false)) return choice;
   if (settings.integrator.kind == IntegratorKind::path && settings.integrator.light_paths == 0.0f &&
-      !world.lights.empty())
+      settings.integrator.photons == 0.0f && !world.lights.empty())
     choice = choose_direct_samples(world, camera,
                                    {.integrator = settings.integrator,
                                     .filter = settings.filter,

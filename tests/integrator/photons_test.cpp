@@ -1,0 +1,133 @@
+// Photons: light of known amount through water, agreement with other paths, bounce limits.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/stages/light_path_view.h"
+#include "tests/integrator/place_light.h"
+#include "tests/integrator/test_scenes.h"
+#include "tests/sampling/estimate.h"
+
+#include <array>
+#include <functional>
+#include <numbers>
+
+namespace kindling::test {
+namespace {
+
+// A closed box of water whose sides and bottom are outside of what the tests see.
+Primitive water_box(int material) {
+  Primitive box;
+  box.material = material;
+  const auto corner = [](int i) {
+    return V3f((i & 1) != 0 ? 4.0f : -4.0f, (i & 2) != 0 ? 1.0f : -0.5f, (i & 4) != 0 ? 4.0f : -4.0f);
+  };
+  for (int i = 0; i < 8; ++i) box.positions.push_back(corner(i));
+  box.indices = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+  return box;
+}
+
+Material water_material() {
+  Material water = glass_material(0.0f);
+  water.ior = 1.33f;
+  return water;
+}
+
+// A floor in water, below a sun.
+Scene floor_in_water(float rho, float irradiance, float sun_angle_deg, const V3f& sun_from) {
+  Scene scene = make_scene({diffuse_material(Rgb(rho)), water_material()},
+                           {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), water_box(1)});
+  PunctualLight sun;
+  sun.kind = PunctualLight::Kind::directional;
+  sun.intensity = irradiance;
+  if (sun_angle_deg > 0.0f) sun.angular_diameter_rad = sun_angle_deg * kPi / 180.0f;
+  place_light(scene, sun, kindling::look_at(sun_from, V3f(0.0f), V3f(0, 0, 1)));
+  return scene;
+}
+
+// A camera that looks straight down.
+Camera camera_above(const V2i& size_px) {
+  SceneCamera camera;
+  camera.kind = SceneCamera::Kind::orthographic;
+  camera.xmag = camera.ymag = 0.5f;
+  return {camera, kindling::look_at(V3f(0, 5, 0), V3f(0.0f), V3f(0, 0, 1)), size_px};
+}
+
+Estimate estimate_means(const World& world, const Camera& camera, RenderSettings settings, uint32_t seeds) {
+  Estimate means;
+  for (uint32_t seed = 0; seed < seeds; ++seed) {
+    settings.seed += 100;
+    means.add(render_mean(world, camera, settings).luminance);
+  }
+  return means;
+}
+
+// The sun shines straight down and has no size, so only photons find the floor. Light is refracted
+// into the water and out of it, and is not reflected to the floor again with one bounce. Radiance
+// falls by the square of the index on its way out.
+TEST(Photons, FloorInWater) {
+  const float rho = 0.6f, irradiance = 3.0f;
+  const auto world = make_world(floor_in_water(rho, irradiance, 0.0f, V3f(0, 5, 0)), accel::Kind::kdtree);
+  RenderSettings settings = small_render(V2i(16, 16), 16);
+  settings.integrator.max_bounces = settings.integrator.max_diffuse_bounces = 1;
+  settings.integrator.max_glossy_bounces = 0;
+  const double fresnel = std::pow(0.33 / 2.33, 2.0);
+  const double expected = rho * irradiance / std::numbers::pi * std::pow((1.0 - fresnel) / 1.33, 2.0);
+  EXPECT_EQ(estimate_means(*world, camera_above(settings.size_px), settings, 1).mean(), 0.0);
+  settings.integrator.photons = 1.0f;
+  const Estimate means = estimate_means(*world, camera_above(settings.size_px), settings, 16);
+  EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error());
+  EXPECT_LT(means.standard_error(), 0.01 * expected);
+}
+
+// Paths from the camera meet a sun of 20 degrees by chance. They and photons are weighted against
+// each other, also where light paths reach the camera directly.
+TEST(Photons, AgreeWithPathsFromTheCamera) {
+  Scene scene = floor_in_water(0.6f, 3.0f, 20.0f, V3f(1, 5, 0.5f));
+  add_object(scene, metal_material(Rgb(0.9f), 0.0f), sphere(V3f(0.3f, 1.4f, 0.2f), 0.3f, 48, 0));
+  add_object(scene, glass_material(0.1f), sphere(V3f(-0.2f, 1.25f, -0.3f), 0.2f, 48, 0));
+  const auto world = make_world(std::move(scene), accel::Kind::kdtree);
+  RenderSettings settings = small_render(V2i(24, 24), 256);
+  const Camera camera = camera_above(settings.size_px);
+  const Estimate without = estimate_means(*world, camera, settings, 16);
+  for (const float light_paths : {0.0f, 0.5f}) {
+    settings.integrator.photons = 1.0f;
+    settings.integrator.light_paths = light_paths;
+    const Estimate with = estimate_means(*world, camera, settings, 16);
+    const double error = std::hypot(without.standard_error(), with.standard_error());
+    // Radii of at most a hundredth of the caster blur edges, whose light stays in the image but for
+    // a hundredth of a percent.
+    EXPECT_NEAR(with.mean(), without.mean(), 4.5 * error + 1e-4 * without.mean()) << light_paths;
+    EXPECT_LT(error, 0.005 * without.mean());
+  }
+}
+
+TEST(Photons, KeepBounceLimits) {
+  const auto world = make_world(floor_in_water(0.6f, 3.0f, 0.0f, V3f(0, 5, 0)), accel::Kind::kdtree);
+  const auto light = [&](int max_diffuse, int max_glossy, int max_transmission) {
+    RenderSettings settings = small_render(V2i(8, 8), 4);
+    settings.integrator.photons = 1.0f;
+    settings.integrator.max_diffuse_bounces = max_diffuse;
+    settings.integrator.max_glossy_bounces = max_glossy;
+    settings.integrator.max_transmission_bounces = max_transmission;
+    return render_mean(*world, camera_above(settings.size_px), settings).luminance;
+  };
+  const double once = light(1, 0, 2);
+  EXPECT_GT(once, 0.1);
+  EXPECT_EQ(light(0, 0, 2), 0.0);          // the floor is a diffuse bounce
+  EXPECT_EQ(light(1, 0, 0), 0.0);          // the camera's ray does not reach it
+  EXPECT_EQ(light(1, 0, 1), once);         // the last transmission, to the light, needs no further one
+  EXPECT_GT(light(2, 2, 4), once + 0.001); // by the underside of the surface
+}
+
+TEST(Photons, SamplesOfTheMapsShrinkTheirRadius) {
+  LightPathView view;
+  view.max_photon_radius_m = 1.0f;
+  view.samples_per_map = 4;
+  const float first = view.photon_radius2(0.01f, 0);
+  EXPECT_EQ(view.photon_radius2(0.01f, 3), first);
+  EXPECT_NEAR(view.photon_radius2(0.01f, 7) / first, std::pow(5.0, -1.0 / 3.0), 1e-6);
+  EXPECT_NEAR(view.photon_radius2(0.01f, 4000) / first, std::pow(4001.0, -1.0 / 3.0), 1e-6);
+  EXPECT_EQ(view.photon_radius2(100.0f, 0), 1.0f); // no more than the casters allow
+}
+
+} // namespace
+} // namespace kindling::test

@@ -1,0 +1,59 @@
+// What photons do not work with. Their bits are compared by the tests of all split cases.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/session/check_settings.h"
+#include "tests/session/mixed_scene.h"
+
+#include <functional>
+
+namespace kindling::test {
+namespace {
+
+constexpr V2i kPhotonSize(40, 30);
+
+std::string refusal(const std::function<void(RenderSettings&)>& change,
+                    const Camera& camera = glass_camera(kPhotonSize)) {
+  RenderSettings settings = small_render(kPhotonSize, 9);
+  settings.integrator.photons = 0.5f;
+  change(settings);
+  const Result<void> checked = check_settings(settings, camera);
+  return checked.ok() ? std::string() : checked.error().message;
+}
+
+TEST(PhotonRender, RefusesOtherTracersAndPasses) {
+  EXPECT_EQ(refusal([](RenderSettings&) {}), "");
+  EXPECT_EQ(refusal([](auto& s) { s.integrator.clamp_indirect = 2.0f; }), "");
+  EXPECT_EQ(refusal([](auto& s) { s.integrator.light_paths = 0.5f; }), "");
+  const auto expect_refused = [](const char* words, const std::function<void(RenderSettings&)>& change) {
+    EXPECT_NE(refusal(change).find(words), std::string::npos) << words << ": " << refusal(change);
+  };
+  expect_refused("--photons: not on the device 'host'; use --device cpu", [](auto& s) { s.device = DeviceKind::host; });
+  expect_refused("with --integrator whitted; use path", [](auto& s) { s.integrator.kind = IntegratorKind::whitted; });
+  expect_refused("with --direct-samples above 1", [](auto& s) { s.integrator.direct_samples = 2; });
+  expect_refused("with --caustics off", [](auto& s) { s.integrator.caustics = Caustics::off; });
+  expect_refused("with --sample-rates noise", [](auto& s) { s.sample_rates = SampleRateKind::noise; });
+  expect_refused("with --light-groups", [](auto& s) { s.integrator.light_groups = LightGrouping::kind; });
+  expect_refused("with --aov glossy_direct", [](auto& s) { s.aovs.insert(Aov::glossy_direct); });
+  expect_refused("photons 1.5", [](auto& s) { s.integrator.photons = 1.5f; });
+  expect_refused("photons nan", [](auto& s) { s.integrator.photons = std::numeric_limits<float>::quiet_NaN(); });
+  const Camera moving({}, look_at(V3f(0, 4, 7), V3f(0.0f)), kPhotonSize, CameraMotion{.shutter_open = true});
+  EXPECT_NE(refusal([](RenderSettings&) {}, moving).find("with motion blur"), std::string::npos);
+}
+
+// Passes are short, so that few maps are in memory.
+TEST(PhotonRender, LimitsPasses) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = small_render(kPhotonSize, 128);
+  const auto passes = [&] {
+    const Result<RenderOutcome> outcome = render(*world, glass_camera(kPhotonSize), settings, nullptr, nullptr);
+    EXPECT_TRUE(outcome.ok());
+    return outcome.ok() ? outcome.value().statistics : RenderStatistics{};
+  };
+  EXPECT_EQ(passes().rays.photon, 0U);
+  settings.integrator.photons = 1.0f;
+  const RenderStatistics with = passes();
+  EXPECT_GE(with.passes, 4); // of 32 samples: two maps, each for 16
+  EXPECT_GT(with.rays.photon, 0U);
+}
+
+} // namespace
+} // namespace kindling::test
