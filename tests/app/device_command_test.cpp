@@ -119,6 +119,13 @@ TEST_F(DeviceMemoryCommand, TooLittleIsOneLineWithFigures) {
   EXPECT_NE(refused.err.find("larger --device-memory"), std::string::npos) << refused.err;
   EXPECT_FALSE(exists("image.exr"));
   EXPECT_EQ(interior({"--device-memory", "much", "-o", "image.exr"}).exit_code, 2);
+  for (const Words& cpu : {Words{}, Words{"--device", "cpu"}}) {
+    Words flags{"--device-memory", "6G", "-o", "image.exr"};
+    flags.insert(flags.end(), cpu.begin(), cpu.end());
+    const ProgramResult unused = interior(flags);
+    EXPECT_EQ(unused.exit_code, 2);
+    EXPECT_NE(unused.err.find("--device-memory: has no meaning with --device cpu"), std::string::npos) << unused.err;
+  }
 }
 
 // The minimum of `info` is enough, and not far above the truth.

@@ -61,6 +61,12 @@ TEST_F(FarmCommand, ReportsErrorsBeforeSubmission) {
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--time-limit", "5"}), "--time-limit");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--sp", "5"}), "did you mean --spp?");
   expect_refused(submit(scene, {"--parts", "9", "-o", "a.exr"}, {"--spp", "8"}), "--part");
+  // What each part would refuse.
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--light-paths", "0.25", "--outliers", "trim"}),
+                 "--light-paths: not with --outliers trim");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--light-groups", "kind", "--device", "host"}),
+                 "--light-groups: devices do not split light");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--device-memory", "1G"}), "--device-memory");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.txt"}, {}), "a.txt");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--memory", "1 G"}, {}), "--memory");

@@ -48,6 +48,21 @@ TEST(MemoryBudget, GrowsWithTheRequest) {
   }
 }
 
+// Light paths have sums for each group and for the passes that they add to.
+TEST(MemoryBudget, CountsThePartsOfTheLight) {
+  const auto film = [](bool light_paths, size_t groups, std::initializer_list<Aov> aovs) {
+    MemoryRequest request{.light_groups = groups, .light_paths = light_paths};
+    for (const Aov aov : aovs) request.aovs.insert(aov);
+    return part(memory_budget({}, request), "film") / (1280 * 720);
+  };
+  EXPECT_EQ(film(false, 0, {}), 72U);
+  EXPECT_EQ(film(true, 0, {}), 72U + 56);
+  EXPECT_EQ(film(false, 3, {}), 72U + 3 * 48);
+  EXPECT_EQ(film(true, 3, {}), 72U + 56 + 2 * 3 * 48);
+  EXPECT_EQ(film(false, 0, {Aov::glossy_indirect, Aov::emit}), 72U + 2 * 48);
+  EXPECT_EQ(film(true, 0, {Aov::glossy_indirect, Aov::emit}), 72U + 56 + 3 * 48);
+}
+
 TEST(MemoryBudget, TextureMemoryLimitsTextures) {
   const MemoryDemand demand{.texture_bytes = 300 * kMiB, .level_bytes = 100 * kMiB, .largest_image_bytes = 10 * kMiB};
   MemoryRequest request;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/checkpoint/resume.h"
 
+#include "renderer/app/flags/device_flag.h"
 #include "renderer/app/flags/parse_command_line.h"
 #include "renderer/app/options/resume_options.h"
 #include "renderer/app/output/outputs.h"
@@ -83,6 +84,8 @@ Result<CommandLine> resume_command_line(const ResumeOptions& typed) {
     for (fs::path& output : options->outputs) make_absolute(output);
   }
   override_render(resume, *options);
+  if (Result<void> checked = check_device_memory(options->device, resume.device_memory_bytes); !checked.ok())
+    return checked.error();
   options->checkpoint.file = folder == here ? typed.file : resume.file;
   options->checkpoint.must_exist = true;
   options->frames.force = true; // existing images may lack samples

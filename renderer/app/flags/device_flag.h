@@ -42,6 +42,12 @@ inline void add_device_memory_flag(FlagSet& flags, std::optional<uint64_t>& byte
               [&bytes](auto text) { return store(parse_bytes(text), bytes); });
 }
 
+// Refuses a limit on the memory of no device.
+[[nodiscard]] inline Result<void> check_device_memory(DeviceKind device, const std::optional<uint64_t>& bytes) {
+  if (!bytes || device != DeviceKind::cpu) return {};
+  return usage_error("--device-memory: has no meaning with --device cpu; use --device gpu, auto or host");
+}
+
 // A device that is measured beside the processor: host or gpu. `help` names what it does.
 inline void add_measured_device_flag(FlagSet& flags, std::optional<DeviceKind>& device, std::string_view help) {
   const std::vector<std::string> names{std::string(device_kind_name(DeviceKind::host)),

@@ -321,6 +321,7 @@ Result<void> check_render_flags(const FlagSet& flags, RenderOptions& o) {
     return usage_error(
         fmt::format("--noise-threshold: --spp {} is below --min-spp {}; use a larger --spp or a smaller --min-spp",
                     o.samples_per_pixel(), o.adaptive.min_samples_per_pixel));
+  if (Result<void> checked = check_device_memory(o.device, o.device_memory_bytes); !checked.ok()) return checked;
   if (Result<void> checked = check_part_flags(o); !checked.ok()) return checked;
   if (Result<void> checked = check_layer_flags(flags, o); !checked.ok()) return checked;
   if (Result<void> checked = check_checkpoint_flags(flags, o); !checked.ok()) return checked;
@@ -354,6 +355,9 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   flags.group("Image of the memory estimate");
   add_size_flag(flags, o.image);
   add_layer_estimate_flags(flags, o.image.aovs);
+  add_light_groups_flag(flags, o.image.integrator);
+  add_light_paths_flag(flags, o.image);
+  add_photons_flag(flags, o.image.integrator);
   flags.value(
       "--denoise", "off|fast|best", fmt::format("Denoising [{}]", denoising_name(o.image.denoising)), [&o](auto text) {
         return choose(denoising_from_name(text), o.image.denoising, "way of denoising", text, {"off", "fast", "best"});

@@ -85,6 +85,7 @@ Result<MemoryRequest> memory_request(const InfoOptions& options, const Scene& sc
   add_environment(environment.value().environment.get(), request);
   request.size_px = size.value();
   request.aovs = options.image.recorded_aovs();
+  add_parts_of_light(options.image, scene, posed, request);
   request.denoising = options.image.denoising;
   request.threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.image.texture_memory_bytes;

@@ -14,6 +14,7 @@
 #include "renderer/distributed/farm_status.h"
 #include "renderer/distributed/farm_worker.h"
 #include "renderer/import/load_scene.h"
+#include "renderer/session/check_settings.h"
 #include "renderer/session/program_identity.h"
 
 #include <fmt/format.h>
@@ -98,6 +99,17 @@ Result<void> check_files(const FarmPlan& plan, const CommandLine& render,
   return check_inputs_remain(written, read);
 }
 
+// Checks that the settings of a render can be combined, which each part would refuse otherwise. The
+// image has any size.
+Result<void> check_render_settings(const CommandLine& render) {
+  const auto* options = std::get_if<RenderOptions>(&render.command);
+  if (options == nullptr) return {};
+  const V2i size(kMaxImageSide);
+  RenderSettings settings = to_render_settings(*options, size);
+  settings.device = options->device;
+  return check_combination(settings, Camera(SceneCamera{}, M44f(), size));
+}
+
 // Finds errors before any machine starts.
 Result<void> check_plan(const FarmPlan& plan, const FarmEngine& engine, bool check_scene) {
   if (Result<void> checked = engine.check(plan.resources); !checked.ok()) return checked;
@@ -105,6 +117,7 @@ Result<void> check_plan(const FarmPlan& plan, const FarmEngine& engine, bool che
   // The last part fails if there are more parts than samples.
   const Result<CommandLine> render = check_command(render_command(plan, plan.task(plan.parts - 1), 0));
   if (!render.ok()) return render.error();
+  if (Result<void> checked = check_render_settings(render.value()); !checked.ok()) return checked;
   if (const Result<CommandLine> merge = check_command(merge_command(plan, 0)); !merge.ok()) return merge.error();
   if (Result<void> checked = check_files(plan, render.value(), {}); !checked.ok() || !check_scene) return checked;
   if (Result<void> checked = check_outputs(plan); !checked.ok()) return checked;

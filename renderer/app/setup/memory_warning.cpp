@@ -45,17 +45,22 @@ bool may_cast(const Scene& scene) {
 
 } // namespace
 
+void add_parts_of_light(const RenderOptions& options, const Scene& scene, const PosedScene& posed,
+                        MemoryRequest& request) {
+  request.light_groups = max_light_groups(options.integrator.light_groups, scene, posed);
+  request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene));
+  request.photons = options.integrator.photons;
+}
+
 std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const PosedImage& image,
                                                  const RenderOptions& options) {
   MemoryRequest request;
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.recorded_aovs();
-  request.light_groups = max_light_groups(options.integrator.light_groups, scene.scene, image.posed);
   request.trims_outliers = options.outliers == Outliers::trim;
   request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
                                                                                 : options.integrator.direct_samples);
-  request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene.scene));
-  request.photons = options.integrator.photons;
+  add_parts_of_light(options, scene.scene, image.posed, request);
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;
