@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A swimming pool under a sun: its caustics are seen through the water, in a mirror and through glass.
+"""A swimming pool under a sun: caustics seen through water, in a mirror and through glass.
 
 The water is a closed mesh that reaches a little into floor and walls, so that rays leave it by its surface alone."""
 import math

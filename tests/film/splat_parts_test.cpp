@@ -47,7 +47,7 @@ std::vector<PlacedSplat> random_splats(size_t count) {
     splat.pixel.y = static_cast<int>(random() % 5);
     for (int c = 0; c < 3; ++c) splat.radiance[c] = std::exp2(50.0f * uniform(random) - 35.0f);
     splat.parts.group = static_cast<uint8_t>(random() % 2);
-    const Rgb diffuse(uniform(random), uniform(random), uniform(random));
+    const Rgb diffuse{uniform(random), uniform(random), uniform(random)};
     splat.parts.passes = {diffuse, Rgb(1.0f) - diffuse, Rgb(0.0f)};
     if (random() % 4 == 0) splat.parts.passes = {Rgb(0.0f), Rgb(0.0f), Rgb(1.0f)};
   }

@@ -1,4 +1,4 @@
-// What photons do not work with. Their bits are compared by the tests of all split cases.
+// Refusals of renders with photons, and their passes. The split cases compare their bits.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/check_settings.h"
 #include "tests/session/mixed_scene.h"

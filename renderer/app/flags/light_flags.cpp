@@ -1,5 +1,4 @@
-// Declares --light-radius, --sun-angle, --direct-samples, --light-paths, --photons and
-// --light-groups.
+// Declares the flags of light sampling, light paths, photons and light groups.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/app/flags/light_flags.h"
 

@@ -35,6 +35,14 @@ nlohmann::ordered_json direct_samples_json(const DirectSampleChoice& d) {
   return {{"samples", d.samples}, {"predicted", d.predicted}, {"pilot_paths", d.paths}, {"pilot_rays", d.rays.total()}};
 }
 
+nlohmann::ordered_json rays_json(const RayCounters& rays) {
+  return {{"camera", rays.camera},
+          {"bounce", rays.bounce},
+          {"shadow", rays.shadow},
+          {"total", rays.total()},
+          {"photon", rays.photon}};
+}
+
 } // namespace
 
 std::string format_stats_json(const RenderReport& r, bool one_line) {
@@ -102,11 +110,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;
-  json["rays"] = {{"camera", s.rays.camera},
-                  {"bounce", s.rays.bounce},
-                  {"shadow", s.rays.shadow},
-                  {"total", s.rays.total()},
-                  {"photon", s.rays.photon}};
+  json["rays"] = rays_json(s.rays);
   if (r.whitted) {
     const WhittedCounters& w = s.rays.whitted;
     json["whitted"] = {{"form", whitted_form_name(r.whitted->form)},

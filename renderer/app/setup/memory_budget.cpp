@@ -37,7 +37,7 @@ uint64_t photon_bytes(const MemoryRequest& request) {
   const double pixels = static_cast<double>(request.size_px.x) * static_cast<double>(request.size_px.y);
   const PhotonMaps maps(static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels)));
   constexpr uint64_t kPhotonsPerPath = 2;
-  return PhotonMaps::kKept * kPhotonsPerPath * maps.paths_per_map() * PhotonMap::kBytes;
+  return PhotonMaps::kMaxStored * kPhotonsPerPath * maps.paths_per_map() * PhotonMap::kBytes;
 }
 
 uint64_t count_mattes(AovSet aovs) {

@@ -21,8 +21,9 @@ struct VolumePhotonSettings {
 
 // Traces light paths that lights aim at scattering media, as photon maps do (Jensen 1996, "Global
 // Illumination using Photon Maps"), and returns the events of their random walks. There are none
-// where no light with a size reaches such a medium. Paths have any time of the shutter. Runs on the threads of the current TBB arena, on which the result does not depend.
-// `stopped` is polled and may be empty; once it returns true, the result is incomplete.
+// where no light with a size reaches such a medium. Paths have any time of the shutter. Runs on the
+// threads of the current TBB arena, on which the result does not depend. `stopped` is polled and
+// may be empty; once it returns true, the result is incomplete.
 [[nodiscard]] std::vector<VolumeRecord> trace_volume_photons(const World& world, const VolumePhotonSettings& settings,
                                                              const std::function<bool()>& stopped,
                                                              RayCounters& counters);

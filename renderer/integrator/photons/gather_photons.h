@@ -7,8 +7,8 @@
 
 namespace kindling {
 
-// Returns the light that photons within the root of `radius2` around the vertex send along the path,
-// weighted against paths from the camera. The path is joined there
+// Returns the light that photons within the root of `radius2` around the vertex send along the
+// path, weighted against paths from the camera. The path is joined there
 // (PathState::light_path_scale < 0).
 [[nodiscard]] Rgb gathered_light(const PathStages& stages, const PhotonMap& map, const PathStages::Vertex& vertex,
                                  const PathInFlight& path, float radius2);

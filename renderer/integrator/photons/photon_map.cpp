@@ -23,7 +23,7 @@ void PhotonMap::divide(std::span<uint32_t> order, std::span<const Photon> photon
   for (const uint32_t number : order) bounds.extendBy(photons[number].position);
   const auto axis = static_cast<int>(bounds.majorAxis());
   const size_t middle = order.size() / 2;
-  // Numbers decide between equal coordinates, so that there is one tree.
+  // Numbers decide between equal coordinates, so that the tree is unique.
   std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(middle), order.end(),
                    [&](uint32_t a, uint32_t b) {
                      const float at_a = photons[a].position[axis], at_b = photons[b].position[axis];

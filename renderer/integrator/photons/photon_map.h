@@ -19,8 +19,8 @@ struct Photon {
   V3f position;
   V3f to_light; // unit, where it came from
   V3f normal;   // geometric, unit, on the side of to_light
-  // Over the cosine, the number of light paths of the map, and the square of the index of refraction
-  // there: paths carry radiance over that square, which refraction does not change.
+  // Over the cosine, the number of light paths of the map, and the square of the index of
+  // refraction there: paths carry radiance over that square, which refraction does not change.
   Rgb power;
   float density = 0.0f;     // EmittedRay::density, for the weight
   uint32_t medium = 0;      // material of the medium around it, or kNoMedium
@@ -47,7 +47,7 @@ class PhotonMap {
   [[nodiscard]] std::span<const Photon> photons() const { return photons_; } // in the order of the tree
 
  private:
-  // What a search reads of each photon.
+  // The part of a photon that a search reads.
   struct Node {
     V3f position;
     uint32_t axis; // that its range is divided along

@@ -84,15 +84,15 @@ PhotonMaps::~PhotonMaps() = default;
 
 std::shared_ptr<PhotonMaps::Building> PhotonMaps::find(uint64_t number) {
   const std::lock_guard lock(mutex_);
-  const auto found =
-      std::find_if(kept_.begin(), kept_.end(), [number](const auto& building) { return building->number == number; });
-  if (found != kept_.end()) {
-    kept_.splice(kept_.begin(), kept_, found);
+  const auto found = std::find_if(stored_.begin(), stored_.end(),
+                                  [number](const auto& building) { return building->number == number; });
+  if (found != stored_.end()) {
+    stored_.splice(stored_.begin(), stored_, found);
   } else {
-    kept_.push_front(std::make_shared<Building>(number, paths_per_map_));
-    if (kept_.size() > kKept) kept_.pop_back(); // threads that still read it have it
+    stored_.push_front(std::make_shared<Building>(number, paths_per_map_));
+    if (stored_.size() > kMaxStored) stored_.pop_back(); // threads that still read it have it
   }
-  return kept_.front();
+  return stored_.front();
 }
 
 PhotonMaps::Map PhotonMaps::of_sample(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped) {

@@ -28,7 +28,7 @@ class PhotonMaps {
   ~PhotonMaps();
 
   // Maps in memory: those of two open passes, and one more.
-  static constexpr size_t kKept = 5;
+  static constexpr size_t kMaxStored = 5;
 
   [[nodiscard]] uint64_t paths_per_map() const { return paths_per_map_; }
   [[nodiscard]] uint32_t samples_per_map() const { return samples_per_map_; }
@@ -48,7 +48,7 @@ class PhotonMaps {
   uint32_t samples_per_map_;
   uint64_t paths_per_map_;
   std::mutex mutex_;
-  std::list<std::shared_ptr<Building>> kept_; // the latest first
+  std::list<std::shared_ptr<Building>> stored_; // the latest first
 };
 
 // The maps that one thread's batch gathers from.

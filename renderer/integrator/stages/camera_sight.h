@@ -21,8 +21,8 @@ struct Sight {
 };
 
 // Returns where the camera sees a point at a time, from a place on its lens, which `lens_u` in [0,
-// 1)^2 chooses, inside of the image or beside it; empty if the point is behind the camera, or if the
-// lens's barrel hides it from there.
+// 1)^2 chooses, inside of the image or beside it; empty if the point is behind the camera, or if
+// the lens's barrel hides it from there.
 [[nodiscard]] inline std::optional<Sight> see(const CameraView& camera, const V3f& point, const V2f& lens_u,
                                               float time) {
   const CameraView::Basis basis = camera.basis_at(time);

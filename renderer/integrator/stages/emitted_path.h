@@ -23,8 +23,8 @@ struct EmittedPath {
   accel::Ray ray;
 };
 
-// Samples a light's ray by the random numbers of (key, index), at time 0 or any time of the shutter.
-// Empty: it carries no light.
+// Samples a light's ray by the random numbers of (key, index), at time 0 or any time of the
+// shutter. Empty: it carries no light.
 [[nodiscard]] inline std::optional<EmittedPath> start_emitted_path(const EmissionView& emission, uint32_t key,
                                                                    uint32_t index, bool shutter_open) {
   const V2f choice = Sampler::sample_2d(key, index, kEmittedChoice);

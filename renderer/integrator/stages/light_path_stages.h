@@ -66,10 +66,10 @@ struct LightPathStages : LightPathView {
 
   // Steps of scatter().
   //
-  // Whether a path goes on from a surface, and how; where it `joins`, it scatters and paths from
-  // the camera may be joined to it.
+  // The way in which a path continues from a surface. Where it `joins`, it scatters, and paths
+  // from the camera may be joined to it.
   enum class Arrival : uint8_t { ends, passes_straight, scatters, joins };
-  // Applies what lies between the last surface and this one.
+  // Applies the medium up to the surface and, at the first caster, the radiance of the light.
   [[nodiscard]] Arrival arrive(const accel::Hit& hit, const SurfacePoint& surface, LightPathState& path) const;
   [[nodiscard]] static bool pass_straight(const PathStages& paths, SurfacePoint& surface, accel::Ray& ray,
                                           LightPathState& path);

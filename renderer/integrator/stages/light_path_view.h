@@ -27,9 +27,9 @@ namespace kindling {
 // weight depends on the ends of a path alone. That is exact for smooth casters; for others it is a
 // weight that still sums to 1.
 //
-// Where the camera sees a surface over casters, no camera ray reaches it in a straight line: there
-// light paths become photons (photons/photon_maps.h), which are joined to paths from the camera
-// that pass nearby.
+// A surface that the camera sees over casters is on no straight line from it. Light paths leave
+// photons there (photons/photon_maps.h), which are joined to paths from the camera that pass
+// nearby.
 struct LightPathView {
   static constexpr int kMaxBounces = 32;            // longer paths are left to the camera's
   static constexpr float kMaxNarrowAlpha = 0.1225f; // of a caster's lobes: roughness 0.35
@@ -63,8 +63,8 @@ struct LightPathView {
            elementary::pow(static_cast<float>(samples_before + 1), -1.0f / 3.0f);
   }
 
-  // Returns the density of camera rays of a time at a surface with this normal, in pixels per square
-  // meter. `direction` is that of the ray, unit.
+  // Returns the density of camera rays of a time at a surface with this normal, in pixels per
+  // square meter. `direction` is that of the ray, unit.
   [[nodiscard]] static float camera_density(const CameraView& camera, const V3f& direction, float distance,
                                             const V3f& normal, float time) {
     const float facing = std::abs(normal.dot(direction));

@@ -58,7 +58,7 @@ struct ShadowRecord {
 //
 //   void extend(const PathInFlight&, const accel::Ray&)           the path continues with this ray
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
-//   gather_photons(const Vertex&, const PathInFlight&, radius2)   adds the light of photons near the surface
+//   gather_photons()                                              adds the light of photons nearby
 //   kBesideLightPaths                                             false: never with light paths
 //   records(), arrive(), reflect(), offer_light()                 for the training of a guide
 //   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
