@@ -22,7 +22,8 @@ void add_lamp(Scene& scene, float intensity, float radius, const V3f& at) {
   place_light(scene, lamp, look_at(at, V3f(0.0f)));
 }
 
-// Returns a test of light that glass and metal of the scene focus.
+} // namespace
+
 TestScene seen_from_above(Scene scene, uint32_t samples) {
   TestScene test;
   test.camera.yfov_rad = 0.6f;
@@ -34,8 +35,6 @@ TestScene seen_from_above(Scene scene, uint32_t samples) {
   test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
   return test;
 }
-
-} // namespace
 
 TestScene caustics() {
   Material window = tinted_glass(0.0f);

@@ -38,15 +38,8 @@ Scene glass_and_metal() {
 }
 
 TestScene seen_for_a_second(Scene scene, uint32_t samples) {
-  TestScene test;
-  test.camera.yfov_rad = 0.6f;
-  test.camera_to_world = look_at(V3f(0.2f, 2.2f, 4.5f), V3f(0.1f, 0.4f, 0));
+  TestScene test = seen_from_above(std::move(scene), samples);
   test.shutter = Shutter{0.0, 1.0};
-  test.whole = {std::move(scene), nullptr};
-  test.max_bounces = 4;
-  test.samples = samples;
-  test.casters = true;
-  test.bias = [](IntegratorSettings& settings) { settings.caustics = Caustics::off; };
   return test;
 }
 

@@ -70,4 +70,7 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene material_grid();
 [[nodiscard]] TestScene interior();
 
+// Returns a test of light that glass and metal of the scene focus.
+[[nodiscard]] TestScene seen_from_above(Scene scene, uint32_t samples);
+
 } // namespace kindling::test
