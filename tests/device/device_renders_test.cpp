@@ -1,6 +1,7 @@
 // The host device renders the images of the CPU, to the bit, for all settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
+#include "tests/device/tested_device.h"
 #include "tests/integrator/wax_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
@@ -38,7 +39,7 @@ Film film_of(const World& world, const Camera& camera, const RenderSettings& set
 void expect_same_on_device(const World& world, const RenderSettings& settings, const Camera& camera = camera_with()) {
   const Film reference = film_of(world, camera, settings);
   RenderSettings on_device = settings;
-  on_device.device = DeviceKind::host;
+  on_device.device = tested_device();
   on_device.threads = 2;
   expect_same_bits(film_of(world, camera, on_device), reference, "the host device");
 }
@@ -149,7 +150,7 @@ TEST(DeviceRenders, CountsTheSameRays) {
       settings.device = device;
       return render(*world, camera_with(), settings, nullptr, nullptr).value().statistics.rays;
     };
-    const RayCounters cpu = rays_on(DeviceKind::cpu), host = rays_on(DeviceKind::host);
+    const RayCounters cpu = rays_on(DeviceKind::cpu), host = rays_on(tested_device());
     EXPECT_EQ(host.camera, cpu.camera);
     EXPECT_EQ(host.bounce, cpu.bounce);
     EXPECT_EQ(host.shadow, cpu.shadow);
@@ -163,7 +164,7 @@ TEST(DeviceRenders, CountsTheSameRays) {
 TEST(DeviceRenders, ResumeWhereAnotherDeviceStopped) {
   const auto world = mixed_world(accel::Kind::kdtree);
   const Film reference = film_of(*world, camera_with(), all_aovs(8));
-  for (const DeviceKind first : {DeviceKind::cpu, DeviceKind::host}) {
+  for (const DeviceKind first : {DeviceKind::cpu, tested_device()}) {
     RenderSettings settings = all_aovs(4);
     settings.planned_samples = 8;
     settings.device = first;
@@ -172,7 +173,7 @@ TEST(DeviceRenders, ResumeWhereAnotherDeviceStopped) {
                        {.save = [&](const RenderState& state) { saved.emplace(state); }}));
     ASSERT_TRUE(saved);
     settings.samples_per_pixel = 8;
-    settings.device = first == DeviceKind::cpu ? DeviceKind::host : DeviceKind::cpu;
+    settings.device = first == DeviceKind::cpu ? tested_device() : DeviceKind::cpu;
     Result<RenderOutcome> whole =
         render(*world, camera_with(), settings, nullptr, nullptr, {.resume_from = std::move(saved)});
     ASSERT_TRUE(whole);
@@ -182,7 +183,7 @@ TEST(DeviceRenders, ResumeWhereAnotherDeviceStopped) {
 
 TEST(DeviceRenders, RefuseAcceleratorsWithoutATree) {
   RenderSettings settings = small_render(kSize, 1);
-  settings.device = DeviceKind::host;
+  settings.device = tested_device();
   const Result<RenderOutcome> embree =
       render(*mixed_world(accel::Kind::embree), camera_with(), settings, nullptr, nullptr);
   ASSERT_FALSE(embree);

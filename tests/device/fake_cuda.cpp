@@ -62,9 +62,13 @@ int when_alive(int status) { return current == nullptr ? kNoContext : lost ? kLo
 
 extern "C" {
 
-// Set by a test program: runs kernel `name` for the numbers in [0, count). Without it kernels do
-// nothing.
-void (*fake_cuda_run)(const char* name, const void* argument, unsigned count) = nullptr;
+// Set by a test program, or a library that includes this file: runs kernel `name` for the numbers in
+// [0, count), and returns the status of its launch. Without it kernels do nothing.
+int (*fake_cuda_run)(const char* name, const void* argument, unsigned count, unsigned threads_per_block) = nullptr;
+// Visits all memory that is allocated.
+void fake_cuda_visit(void (*visit)(void* context, const void* address, size_t bytes), void* context) {
+  for (const auto& [address, bytes] : allocated) visit(context, address, bytes);
+}
 // The number of allocations, links and modules that were not released.
 size_t fake_cuda_allocations() { return allocated.size() + static_cast<size_t>(links_and_modules); }
 // How often kernels were compiled.
@@ -221,12 +225,12 @@ int cuLaunchKernel(void* function, unsigned grid_x, unsigned grid_y, unsigned gr
     return kInvalidValue;
   if (launches++ >= setting("lost", 1L << 40)) lost = true;
   if (lost) return kLost;
-  if (fake_cuda_run != nullptr) {
-    const auto argument = *static_cast<unsigned long long*>(parameters[0]);
-    fake_cuda_run(static_cast<std::string*>(function)->c_str(), reinterpret_cast<const void*>(argument),
-                  *static_cast<unsigned*>(parameters[1]));
-  }
-  return 0;
+  if (fake_cuda_run == nullptr) return 0;
+  const auto argument = *static_cast<unsigned long long*>(parameters[0]);
+  const int status = fake_cuda_run(static_cast<std::string*>(function)->c_str(),
+                                   reinterpret_cast<const void*>(argument), static_cast<unsigned>(count), block_x);
+  lost = status != 0;
+  return status;
 }
 int cuGetErrorName(int status, const char** name) {
   *name = status == kOutOfMemory   ? "CUDA_ERROR_OUT_OF_MEMORY"

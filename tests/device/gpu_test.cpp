@@ -30,12 +30,13 @@ const V2i kGpuImage(40, 28);
 
 Camera gpu_camera() { return {SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kGpuImage}; }
 
-void run_kernel(const char* name, const void* argument, unsigned count) {
+int run_kernel(const char* name, const void* argument, unsigned count, unsigned /*threads_per_block*/) {
 #define KINDLING_RUN_NAMED(kernel, type)                                                                               \
   if (std::strcmp(name, "kindling_" #kernel) == 0)                                                                     \
     for (unsigned i = 0; i < count; ++i) kernels::kernel(*static_cast<const type*>(argument), i);
   KINDLING_KERNELS(KINDLING_RUN_NAMED)
 #undef KINDLING_RUN_NAMED
+  return 0;
 }
 
 class Gpu : public testing::Test {
@@ -44,7 +45,7 @@ class Gpu : public testing::Test {
     if (!has_gpu_kernels()) GTEST_SKIP() << "built without clang-19: there are no kernels for GPUs";
     library_ = dlopen(KINDLING_FAKE_CUDA, RTLD_NOW | RTLD_LOCAL);
     ASSERT_NE(library_, nullptr) << dlerror();
-    *static_cast<void (**)(const char*, const void*, unsigned)>(dlsym(library_, "fake_cuda_run")) = run_kernel;
+    *static_cast<decltype(&run_kernel)*>(dlsym(library_, "fake_cuda_run")) = run_kernel;
     setenv("KINDLING_CUDA_DRIVER", KINDLING_FAKE_CUDA, 1);
     setenv("XDG_CACHE_HOME", cache_.c_str(), 1);
     fail("");

@@ -4,6 +4,7 @@
 #include "renderer/session/render_session.h"
 #include "renderer/session/tile_scheduler.h"
 #include "tests/device/caster_scene.h"
+#include "tests/device/tested_device.h"
 #include "tests/device/textured_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
@@ -51,7 +52,7 @@ void expect_same_beside_light_paths(const World& world, const RenderSettings& se
                                     const Camera& camera = light_path_camera()) {
   const RenderOutcome expected = outcome_on(DeviceKind::cpu, world, settings, camera);
   EXPECT_TRUE(has_light_of_light_paths(expected.film)) << "nothing is tested";
-  const RenderOutcome found = outcome_on(DeviceKind::host, world, settings, camera);
+  const RenderOutcome found = outcome_on(tested_device(), world, settings, camera);
   expect_same_bits(found.film, expected.film, "the host device");
   const RayCounters &there = found.statistics.rays, &here = expected.statistics.rays;
   EXPECT_EQ(there.paths, here.paths);
@@ -117,17 +118,17 @@ TEST(LightPathsOnDevices, SampleRatesInSmallWaves) {
   settings.sample_rates = SampleRateKind::noise;
   settings.min_rates_gain = 0.0;
   settings.aovs.insert(Aov::samples);
-  const uint64_t scene_bytes = outcome_on(DeviceKind::host, *world, settings).statistics.device.scene_bytes;
+  const uint64_t scene_bytes = outcome_on(tested_device(), *world, settings).statistics.device.scene_bytes;
   expect_same_beside_light_paths(*world, settings);
   settings.device_memory_bytes = scene_bytes + (8U << 20U);
-  EXPECT_LT(outcome_on(DeviceKind::host, *world, settings).statistics.device.wave_paths, 16384U);
+  EXPECT_LT(outcome_on(tested_device(), *world, settings).statistics.device.wave_paths, 16384U);
   expect_same_beside_light_paths(*world, settings);
 }
 
 TEST(LightPathsOnDevices, ScenesWithoutCasters) {
   const auto world = make_world(sphere_lamp_and_veil(0.6f), accel::Kind::kdtree);
   const RenderSettings settings = beside_light_paths(3, 0.5f);
-  expect_same_bits(outcome_on(DeviceKind::host, *world, settings).film,
+  expect_same_bits(outcome_on(tested_device(), *world, settings).film,
                    outcome_on(DeviceKind::cpu, *world, settings).film, "no casters");
 }
 
@@ -143,13 +144,13 @@ TEST(LightPathsOnDevices, PartsOfDifferentDevicesAddUp) {
   for (const SampleRange& samples : {SampleRange{5, 9}, SampleRange{0, 2}, SampleRange{2, 5}}) {
     RenderSettings some = settings;
     some.samples = samples;
-    of_samples.add(outcome_on(part++ % 2 == 0 ? DeviceKind::host : DeviceKind::cpu, *world, some).film);
+    of_samples.add(outcome_on(part++ % 2 == 0 ? tested_device() : DeviceKind::cpu, *world, some).film);
   }
   expect_same_bits(of_samples, whole, "parts of the samples");
   for (const PixelRect& region : make_regions(whole.crop(), 3)) {
     RenderSettings some = settings;
     some.region = region;
-    of_regions.add(outcome_on(part++ % 2 == 0 ? DeviceKind::host : DeviceKind::cpu, *world, some).film);
+    of_regions.add(outcome_on(part++ % 2 == 0 ? tested_device() : DeviceKind::cpu, *world, some).film);
   }
   expect_same_bits(of_regions, whole, "parts of the image");
 }
@@ -157,7 +158,7 @@ TEST(LightPathsOnDevices, PartsOfDifferentDevicesAddUp) {
 TEST(LightPathsOnDevices, ResumeWhereAnotherDeviceStopped) {
   const auto world = caster_world(true);
   const Film expected = outcome_on(DeviceKind::cpu, *world, beside_light_paths(8, 0.4f)).film;
-  for (const DeviceKind first : {DeviceKind::cpu, DeviceKind::host}) {
+  for (const DeviceKind first : {DeviceKind::cpu, tested_device()}) {
     RenderSettings settings = beside_light_paths(4, 0.4f);
     settings.planned_samples = 8;
     std::optional<RenderState> saved;
@@ -165,7 +166,7 @@ TEST(LightPathsOnDevices, ResumeWhereAnotherDeviceStopped) {
                      {.save = [&](const RenderState& state) { saved.emplace(state); }});
     ASSERT_TRUE(saved);
     settings.samples_per_pixel = 8;
-    const DeviceKind second = first == DeviceKind::cpu ? DeviceKind::host : DeviceKind::cpu;
+    const DeviceKind second = first == DeviceKind::cpu ? tested_device() : DeviceKind::cpu;
     expect_same_bits(outcome_on(second, *world, settings, light_path_camera(), {.resume_from = std::move(saved)}).film,
                      expected, std::string(device_kind_name(first)) + " first");
   }
@@ -181,7 +182,7 @@ TEST(LightPathsOnDevices, TexturesLargerThanTheMemory) {
   uint64_t too_little = 0, enough = uint64_t{1} << 28U;
   while (enough - too_little > 65536) {
     RenderSettings one = settings;
-    one.device = DeviceKind::host;
+    one.device = tested_device();
     one.samples = SampleRange{0, 1};
     one.crop = PixelRect{V2i(0), V2i(1)};
     one.device_memory_bytes = (too_little + enough) / 2;
@@ -190,7 +191,7 @@ TEST(LightPathsOnDevices, TexturesLargerThanTheMemory) {
   }
   for (const uint64_t more : {1U << 18U, 0U}) {
     settings.device_memory_bytes = enough + more;
-    const RenderOutcome paged = outcome_on(DeviceKind::host, *world, settings);
+    const RenderOutcome paged = outcome_on(tested_device(), *world, settings);
     EXPECT_GT(paged.statistics.device.tiles.evicted, 0U);
     EXPECT_LE(paged.statistics.device.peak_bytes, *settings.device_memory_bytes);
     expect_same_bits(paged.film, expected.film, std::to_string(paged.statistics.device.tiles.slots) + " slots");

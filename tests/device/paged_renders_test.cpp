@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_plan.h"
 #include "renderer/session/render_session.h"
+#include "tests/device/tested_device.h"
 #include "tests/device/textured_scene.h"
 #include "tests/session/same_bits.h"
 
@@ -40,7 +41,7 @@ RenderSettings paged_settings(uint32_t samples, IntegratorKind kind) {
 }
 
 Result<RenderOutcome> render_within(const World& world, RenderSettings settings, std::optional<uint64_t> bytes) {
-  settings.device = DeviceKind::host;
+  settings.device = tested_device();
   settings.device_memory_bytes = bytes;
   return render(world, paged_camera(), settings, nullptr, nullptr);
 }

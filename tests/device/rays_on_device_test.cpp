@@ -6,6 +6,7 @@
 #include "tests/accel/accel_scenes.h"
 #include "tests/accel/fuzz_scenes.h"
 #include "tests/accel/motion_scenes.h"
+#include "tests/device/tested_device.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +41,7 @@ size_t compare(RaysOnDevice& on_device, const accel::Accelerator& tree, const st
 }
 
 TEST(RaysOnDevice, AnswersAreThoseOfTheTree) {
-  const std::unique_ptr<Device> device = make_host_device(2);
+  const std::unique_ptr<Device> device = make_tested_device(2);
   size_t hits = 0, scenes = 0;
   for (uint32_t seed = 1; scenes < 24; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

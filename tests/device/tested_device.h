@@ -1,0 +1,25 @@
+// The device that tests compare with the CPU: the host device, or what KINDLING_TESTED_DEVICE in the
+// environment names ("gpu": with the driver of KINDLING_CUDA_DRIVER).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/device/make_device.h"
+
+#include <cstdlib>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+namespace kindling::test {
+
+inline DeviceKind tested_device() {
+  const char* const name = std::getenv("KINDLING_TESTED_DEVICE");
+  return name != nullptr && std::string_view(name) == "gpu" ? DeviceKind::gpu : DeviceKind::host;
+}
+
+// `threads`: of the host device. Ends the test program if there is no such device.
+inline std::unique_ptr<Device> make_tested_device(int threads) {
+  return std::move(open_device(tested_device(), threads, nullptr)).value();
+}
+
+} // namespace kindling::test
