@@ -55,6 +55,12 @@ function(kindling_gpu_kernels cpu entries list output)
     list(APPEND all_bitcode ${bitcode})
     list(APPEND link -Xclang -mlink-bitcode-file -Xclang ${bitcode})
   endforeach()
+  set(bounds)
+  set(bound)
+  if(cpu MATCHES "^sm_")
+    set(bounds ${PROJECT_SOURCE_DIR}/renderer/device/kernels/launch_bounds.sed)
+    set(bound COMMAND sed -E -i -f ${bounds} ${output})
+  endif()
   # One file of all sources, of which the entry points take what they call.
   file(MAKE_DIRECTORY ${folder})
   file(WRITE ${folder}/empty.cpp "")
@@ -64,6 +70,7 @@ function(kindling_gpu_kernels cpu entries list output)
   add_custom_command(OUTPUT ${output}
     COMMAND ${KINDLING_CLANG_19} ${flags} -MD -MF ${output}.d -MT ${output} -S ${entries}
             -Xclang -mlink-builtin-bitcode -Xclang ${folder}/sources.bc -o ${output}
-    DEPENDS ${entries} ${folder}/sources.bc DEPFILE ${output}.d
+    ${bound}
+    DEPENDS ${entries} ${bounds} ${folder}/sources.bc DEPFILE ${output}.d
     COMMENT "Compiling the kernels for ${cpu}" VERBATIM)
 endfunction()

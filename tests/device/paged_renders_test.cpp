@@ -143,7 +143,7 @@ TEST_F(PagedRenders, TooLittleMemoryIsRefusedWithFigures) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().kind, ErrorKind::render_failed);
   const std::string& message = refused.error().message;
-  for (const char* part : {"host: no room for the scene: it needs at least ", " MiB (scene ", ", waves ",
+  for (const char* part : {": no room for the scene: it needs at least ", " MiB (scene ", ", waves ",
                            ", texture tiles ", " are free; use --device cpu or a larger --device-memory"})
     EXPECT_NE(message.find(part), std::string::npos) << message;
   const double needed = std::atof(message.c_str() + message.find("at least ") + 9);

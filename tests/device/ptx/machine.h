@@ -49,6 +49,12 @@ struct Bytes {
 };
 struct Traffic {
   Bytes global, local;
+  void add(const Traffic& other) {
+    global.loaded += other.global.loaded;
+    global.stored += other.global.stored;
+    local.loaded += other.local.loaded;
+    local.stored += other.local.stored;
+  }
 };
 
 class Thread {
@@ -161,6 +167,7 @@ T atom_cas(char* at, T expected, T value) {
 // An entry point with its parameters, as many bytes each as their types have.
 struct Entry {
   const char* name = nullptr;
+  u32 max_threads = 1024; // of a block
   void (*run)(Thread& thread, char* parameter0, char* parameter1) = nullptr;
 };
 

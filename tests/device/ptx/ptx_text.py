@@ -33,6 +33,7 @@ class Function:
     name: str
     line: int
     is_entry: bool
+    max_threads: int  # of a block
     results: list
     parameters: list
     body: list
@@ -77,7 +78,7 @@ def statements_of(text, line):
     return found
 
 
-FUNCTION = re.compile(r"(?:\.(?:visible|weak)\s+)?\.(entry|func)\s*(?:\(([^()]*)\)\s*)?([\w$]+)\s*\(([^()]*)\)\s*")
+FUNCTION = re.compile(r"(?:\.(?:visible|weak)\s+)?\.(entry|func)\s*(?:\(([^()]*)\)\s*)?([\w$]+)\s*\(([^()]*)\)\s*(?:\.maxntid\s+(\d+),\s*1,\s*1\s+\.minnctapersm\s+\d+\s*)?")
 VARIABLE = re.compile(r"(?:\.(?:visible|weak)\s+)?\.global\s+([^;={]*?)\s*(?:=\s*\{([^}]*)\})?;")
 LINE = re.compile(r"\.(?:version|target|address_size)\b[^\n]*\n")
 
@@ -120,7 +121,7 @@ def parse(ptx):
             end = end_of_body(text, at)
             body = statements_of(text[at + 1 : end], text.count("\n", 0, at) + 1)
             results, parameters = parameters_of(match[2] or "", line), parameters_of(match[4], line)
-            functions.append(Function(match[3], line, match[1] == "entry", results, parameters, body))
+            functions.append(Function(match[3], line, match[1] == "entry", int(match[5] or 1024), results, parameters, body))
             at = end + 1
         else:
             raise PtxError(f"line {line}: this is not known: {text[at : at + 60].strip()}")

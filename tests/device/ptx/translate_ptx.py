@@ -50,7 +50,7 @@ def tables(variables, functions):
     lines += [f"{declaration(one)};" for one in entries]
     rows = ", ".join(f"{{u64({cpp_name(one.name)}), {one.size}}}" for one in variables)
     lines.append(f"extern const std::vector<Region> ptx_variables{{{rows}}};")
-    rows = ", ".join(f'{{"{one.name}", {cpp_name(one.name)}}}' for one in entries)
+    rows = ", ".join(f'{{"{one.name}", {one.max_threads}, {cpp_name(one.name)}}}' for one in entries)
     lines.append(f"extern const std::vector<Entry> ptx_entries{{{rows}}};")
     return "\n".join(lines) + "\n"
 

@@ -1,0 +1,31 @@
+// Counts what the threads of a launch executed, and the lanes that a warp of them would have active.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tests/device/ptx/machine.h"
+
+#include <string>
+
+namespace ptx {
+
+inline constexpr u32 kWarp = 32;
+
+struct Count {
+  u64 launches = 0, threads = 0;
+  u64 instructions = 0; // of threads
+  u64 issued = 0;       // of warps: by min_depth_first below
+  Traffic traffic;
+};
+
+// Returns the instructions that a warp issues for threads that took these steps: as long as threads
+// are left, the ones at one block execute it together - of the deepest calls, and of these the first
+// block in the text. So threads meet again where their ways do (S. Collange, "Stack-less SIMT
+// reconvergence at low cost", 2011). Functions of the same depth are told apart by their addresses.
+[[nodiscard]] u64 issued_by_warp(const std::vector<std::vector<Step>>& threads);
+
+// Adds to the counts of kernel `name`; any thread may call it. At the end of the process they are
+// appended to the file that PTX_COUNTS in the environment names, a line for each kernel: its name,
+// launches, threads, instructions, issued, and bytes: global loaded, stored, local loaded, stored.
+void add_count(const std::string& name, const Count& count);
+
+} // namespace ptx
