@@ -62,8 +62,8 @@ int when_alive(int status) { return current == nullptr ? kNoContext : lost ? kLo
 
 extern "C" {
 
-// Set by a test program, or a library that includes this file: runs kernel `name` for the numbers in
-// [0, count), and returns the status of its launch. Without it kernels do nothing.
+// Set by a test program, or by the library that has this file: runs kernel `name` for the numbers
+// in [0, count), and returns the status of its launch. Without it kernels do nothing.
 int (*fake_cuda_run)(const char* name, const void* argument, unsigned count, unsigned threads_per_block) = nullptr;
 // Visits all memory that is allocated.
 void fake_cuda_visit(void (*visit)(void* context, const void* address, size_t bytes), void* context) {

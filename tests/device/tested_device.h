@@ -1,5 +1,4 @@
-// The device that tests compare with the CPU: the host device, or what KINDLING_TESTED_DEVICE in the
-// environment names ("gpu": with the driver of KINDLING_CUDA_DRIVER).
+// The device that tests compare with the CPU.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,6 +11,7 @@
 
 namespace kindling::test {
 
+// The host device, or a GPU if KINDLING_TESTED_DEVICE in the environment is "gpu".
 inline DeviceKind tested_device() {
   const char* const name = std::getenv("KINDLING_TESTED_DEVICE");
   return name != nullptr && std::string_view(name) == "gpu" ? DeviceKind::gpu : DeviceKind::host;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts what the kernels execute in a render, by their PTX on the processor, and models an H100 with the counts.
+"""Counts what kernels execute in a render, by their PTX, and models an H100.
 
 usage: count_instructions.py KINDLING DRIVER SCENE [flags of render]
 DRIVER is libptx_counted.so (cmake --build build/release --target ptx_counted). Prints a line for each kernel, of all
@@ -25,7 +25,7 @@ def counts_of(kindling, driver, scene, flags):
     with tempfile.TemporaryDirectory() as folder:
         places = {"KINDLING_CUDA_DRIVER": driver, "PTX_COUNTS": f"{folder}/counts", "XDG_CACHE_HOME": folder}
         command = [kindling, "render", scene, "--device", "gpu", "-o", f"{folder}/image.exr", "--stats", f"{folder}/stats.json", "--quiet", *flags]
-        subprocess.run(command, check=True, env=os.environ | places)
+        subprocess.run(command, check=True, env=os.environ | places, stdout=subprocess.DEVNULL)
         lines = [line.split() for line in pathlib.Path(f"{folder}/counts").read_text(encoding="utf-8").splitlines()]
         stats = json.loads(pathlib.Path(f"{folder}/stats.json").read_text(encoding="utf-8"))
     return stats["rays"]["camera"], [(name, *map(int, values)) for name, *values in lines]

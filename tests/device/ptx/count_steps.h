@@ -1,4 +1,4 @@
-// Counts what the threads of a launch executed, and the lanes that a warp of them would have active.
+// Counts what threads executed, and what a warp of them would issue.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,10 +17,10 @@ struct Count {
   Traffic traffic;
 };
 
-// Returns the instructions that a warp issues for threads that took these steps: as long as threads
-// are left, the ones at one block execute it together - of the deepest calls, and of these the first
-// block in the text. So threads meet again where their ways do (S. Collange, "Stack-less SIMT
-// reconvergence at low cost", 2011). Functions of the same depth are told apart by their addresses.
+// Returns the instructions that a warp issues for threads that took these steps. As long as any are
+// left, the threads at one block execute it together: at one of the deepest calls, and of these the
+// first in the text. So threads meet again where their ways do (S. Collange, "Stack-less SIMT
+// reconvergence at low cost", 2011). Functions of one depth are in the order of their addresses.
 [[nodiscard]] u64 issued_by_warp(const std::vector<std::vector<Step>>& threads);
 
 // Adds to the counts of kernel `name`; any thread may call it. At the end of the process they are

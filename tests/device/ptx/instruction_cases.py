@@ -17,7 +17,7 @@ INFINITY, NAN, OTHER_NAN = f(float("inf")), 0x7FFFFFFF, 0xFFC00001
 NAN_64 = d(float("nan"))
 MIN_32, MAX_32, MIN_64, MAX_64 = 1 << 31, (1 << 31) - 1, 1 << 63, (1 << 63) - 1
 
-# Instruction: the types of its result and operands, and lists of operands with the result at the end.
+# By instruction: types of the result and the operands; then operands, with the result at the end.
 CASES = {
     # 9.7.1, integers
     "add.s16": ("b16 b16 b16", [(0xFFFF, 2, 1)]),

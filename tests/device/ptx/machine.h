@@ -77,7 +77,7 @@ class Thread {
   void leave(u64 used) { used_ = used; }
 
   // The host's address of `bytes` at an address, which is a multiple of them (PTX ISA 6.4.1:
-  // misaligned accesses have no defined behaviour; GPUs end the launch).
+  // misaligned accesses have no defined result; GPUs end the launch).
   char* generic(Access access, u64 address, u32 bytes, Place place) {
     if (address - window() < kLocalBytes) return local(access, address - window(), bytes, place);
     return global(access, address, bytes, place);

@@ -1,7 +1,7 @@
-// What PTX instructions compute, a function for each: add.rn.f32 is add_rn_f32().
+// PTX instructions, a function for each: add.rn.f32 is add_rn_f32().
 //
-// By NVIDIA's "PTX ISA" 8.5; comments name its sections. translate_ptx.py reads the lines that begin
-// with OP: they are the instructions that it knows, with the types of their operands.
+// By NVIDIA's "PTX ISA" 8.5; comments name its sections. translate_ptx.py reads the lines that
+// begin with OP: they are the instructions that it knows, with the types of their operands.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ namespace ptx {
 
 #define OP [[gnu::always_inline]] inline
 
-// 9.7.1, integers. Registers are unsigned; instructions say how they are read. Division by zero has
+// 9.7.1, integers. Registers are unsigned; instructions decide on the sign. Division by zero has
 // no value, so it is an error.
 OP u16 add_s16(u16 a, u16 b) { return static_cast<u16>(a + b); }
 OP u32 add_s32(u32 a, u32 b) { return a + b; }
@@ -174,8 +174,8 @@ OP u64 selp_b64(u64 a, u64 b, bool c) { return c ? a : b; }
 OP f32 selp_f32(f32 a, f32 b, bool c) { return c ? a : b; }
 OP f64 selp_f64(f64 a, f64 b, bool c) { return c ? a : b; }
 
-// 9.7.8, bits. Shifts by more than the width of a register are shifts by its width, other than those
-// of x86; a funnel shift that wraps takes the count modulo 32.
+// 9.7.8, bits. Shifts by more than the width of a register are shifts by its width, unlike those of
+// x86; a funnel shift that wraps takes the count modulo 32.
 OP bool and_pred(bool a, bool b) { return a && b; }
 OP u16 and_b16(u16 a, u16 b) { return a & b; }
 OP u32 and_b32(u32 a, u32 b) { return a & b; }

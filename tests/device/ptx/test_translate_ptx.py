@@ -210,7 +210,7 @@ class Translated(unittest.TestCase):
             self.assertTrue(text.startswith(f"kernels.ptx: {name}, thread 0: "), text)
         self.assertEqual(self.launch("nowhere"), 500)
 
-    def test_what_is_not_known_is_refused(self):
+    def test_unknown_text_is_refused(self):
         for body, words in REFUSED.items():
             with tempfile.TemporaryDirectory() as folder:
                 done = translate(pathlib.Path(folder), kernel("refused", body))

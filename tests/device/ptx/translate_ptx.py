@@ -5,7 +5,7 @@ usage: translate_ptx.py PTX FOLDER PARTS
 FOLDER gets tables.cpp with the variables and the entry points, and part_0.cpp to part_(PARTS - 1).cpp with the functions,
 each of which stays in its part as long as it keeps its name. machine.h has the memory of a thread, operations.h what
 instructions compute; an instruction that is neither there nor in translate_function.py is an error with its text.
-Exit code 0, or 1 with a line that tells what is not known."""
+Exit code 0, or 1 with a line for what is not known."""
 # SPDX-License-Identifier: Apache-2.0
 import pathlib
 import sys
