@@ -110,6 +110,7 @@ class Translated(unittest.TestCase):
         text = "".join(case_kernel(number, name, kinds) for number, (name, (kinds, _)) in enumerate(CASES.items()))
         text += "".join(kernel(name, body) for name, body in KERNELS.items())
         text += "".join(kernel(name, body) for name, (body, _) in FAULTS.items())
+        text += kernel("bounded", "").replace("{", ".maxntid 32, 1, 1\n.minnctapersm 4\n{", 1)
         done = translate(folder, text)
         if done.returncode != 0:
             raise AssertionError(done.stderr)
@@ -130,8 +131,8 @@ class Translated(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def launch(self, name, count=1):
-        return self.run_kernel(name.encode(), ctypes.addressof(self.memory), count, 32)
+    def launch(self, name, count=1, threads_per_block=32):
+        return self.run_kernel(name.encode(), ctypes.addressof(self.memory), count, threads_per_block)
 
     def write(self, at, value, size=8):
         self.memory[at : at + size] = list(value.to_bytes(size, "little"))
@@ -209,6 +210,10 @@ class Translated(unittest.TestCase):
             self.assertIn(words, text, name)
             self.assertTrue(text.startswith(f"kernels.ptx: {name}, thread 0: "), text)
         self.assertEqual(self.launch("nowhere"), 500)
+
+    def test_launch_bounds_are_kept(self):
+        self.assertEqual(self.launch("bounded", 100, 32), 0)
+        self.assertEqual(self.launch("bounded", 100, 33), 1)
 
     def test_unknown_text_is_refused(self):
         for body, words in REFUSED.items():
