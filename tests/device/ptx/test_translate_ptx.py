@@ -211,7 +211,7 @@ class Translated(unittest.TestCase):
             self.assertTrue(text.startswith(f"kernels.ptx: {name}, thread 0: "), text)
         self.assertEqual(self.launch("nowhere"), 500)
 
-    def test_launch_bounds_are_kept(self):
+    def test_blocks_above_the_launch_bounds_are_refused(self):
         self.assertEqual(self.launch("bounded", 100, 32), 0)
         self.assertEqual(self.launch("bounded", 100, 33), 1)
 
