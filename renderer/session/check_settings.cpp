@@ -189,8 +189,6 @@ Result<void> check_photons(const RenderSettings& settings, const Camera& camera)
   if (!(integrator.photons > 0.0f && integrator.photons <= 1.0f))
     return refuse("photons " + std::to_string(integrator.photons) + ": a fraction from 0 to 1 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--photons: not " + what); };
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");

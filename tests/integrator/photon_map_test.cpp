@@ -28,7 +28,7 @@ std::vector<Photon> random_photons(size_t count, uint32_t seed) {
 
 std::vector<float> near(const PhotonMap& map, const V3f& point, float radius2) {
   std::vector<float> found;
-  map.for_each_near(point, radius2, [&](const Photon& photon) { found.push_back(photon.density); });
+  map.view().for_each_near(point, radius2, [&](const Photon& photon) { found.push_back(photon.density); });
   return found;
 }
 

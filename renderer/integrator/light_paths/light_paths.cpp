@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
@@ -37,7 +38,10 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   const float pixels = static_cast<float>(seen_by.size_px().x) * static_cast<float>(seen_by.size_px().y);
   paths_per_pass = fraction_ * pixels;
   constexpr float kMaxPhotons = 0x1p31f; // they are numbered by 32 bits
-  if (settings.photons > 0.0f) photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
+  if (settings.photons > 0.0f) {
+    photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
+    samples_per_map = PhotonMaps::samples_per_map(photon_paths_per_sample());
+  }
   constexpr float kMaxRadius = 0.02f; // in relation to the largest caster
   for (const EmissionTarget& target : emission.targets)
     max_photon_radius_m = std::max(max_photon_radius_m, kMaxRadius * target.radius);

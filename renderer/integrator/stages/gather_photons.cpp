@@ -1,6 +1,6 @@
 // Evaluates the photons near a vertex.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/integrator/photons/gather_photons.h"
+#include "renderer/integrator/stages/gather_photons.h"
 
 #include <cmath>
 
@@ -14,7 +14,7 @@ constexpr float kMaxOffPlane = 0.5f;
 
 } // namespace
 
-Rgb gathered_light(const PathStages& stages, const PhotonMap& map, const PathStages::Vertex& vertex,
+Rgb gathered_light(const PathStages& stages, const PhotonMapView& map, const PathStages::Vertex& vertex,
                    const PathInFlight& path, float radius2) {
   const PathState& state = path.state;
   const SurfacePoint& surface = vertex.surface;
