@@ -194,11 +194,7 @@ Result<void> check_photons(const RenderSettings& settings, const Camera& camera)
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
-  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  for (const AovInfo& info : kAovs)
-    if (settings.aovs.contains(info.aov) && is_light_pass(info.aov))
-      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
   if (camera.shutter_open()) return not_with("with motion blur");
   return {};
 }

@@ -120,7 +120,6 @@ class SplitScene {
     case SplitKind::photons:
       settings.samples_per_pixel = 40; // of three maps
       settings.integrator.photons = 1.0f;
-      settings.integrator.light_groups = LightGrouping::off;
       break;
     }
     return settings;
@@ -145,7 +144,7 @@ class SplitScene {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
     if ((kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths) && is_motion(aov)) return false;
     if (has_light_paths() && aov == Aov::shadow_catcher) return false;
-    if (kind_ == SplitKind::photons && (is_light_pass(aov) || aov == Aov::shadow_catcher)) return false;
+    if (kind_ == SplitKind::photons && aov == Aov::shadow_catcher) return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

@@ -135,7 +135,7 @@ void LightPaths::follow(const PathStages& stages, LightPathContext& context, Ray
 bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                               LightPathContext& context) const {
   LightPathState& path = context.paths[number];
-  if (context.photons) return scatter_photon(stages, hit, ray, path, *context.photons);
+  if (context.photons) return scatter_photon(stages, hit, ray, path, context);
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
   if (context.measures && path.bounces == 0)
@@ -156,7 +156,7 @@ bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, a
 
 // Gathering decides what a surface reflects of its photons.
 bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
-                                std::vector<Photon>& photons) const {
+                                LightPathContext& context) const {
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
   const Arrival arrival = arrive(hit, surface, path);
@@ -174,8 +174,9 @@ bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit,
                         .medium = path.in_medium ? path.material : Photon::kNoMedium,
                         .diffuse = path.diffuse_bounces,
                         .glossy = path.glossy_bounces,
-                        .transmission = path.transmission_bounces};
-    if (is_finite(photon.power)) photons.push_back(photon);
+                        .transmission = path.transmission_bounces,
+                        .group = context.splits ? group_of(*context.splits, path) : uint8_t{0}};
+    if (is_finite(photon.power)) context.photons->push_back(photon);
   }
   return bounce(stages, surface, hit, ray, path);
 }
@@ -214,9 +215,7 @@ SplatParts LightPaths::parts_of(const PathStages& stages, const LightGroups& gro
                                 const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
                                 const LightJoint& joint) const {
   SplatParts parts;
-  if (!groups.names.empty())
-    parts.group = path.emitted.emitter == emission.environment_emitter() ? groups.environment
-                                                                         : groups.of_emitter[path.emitted.emitter];
+  parts.group = group_of(groups, path);
   SurfacePoint scratch;
   const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
   const V3f local = seen.frame.to_local(-ray.direction);

@@ -125,15 +125,17 @@ float PathStages::environment_weight(const accel::Ray& ray, const EnvironmentVie
                                   light_paths->emission.environment_density(sky, ray.origin, -ray.direction));
 }
 
+float PathStages::shape_weight(const accel::Ray& ray, uint32_t punctual, const PathState& state) const {
+  if (!(state.light_path_scale > 0.0f) || state.in_medium) return 1.0f;
+  return weight_beside(state, state.light_path_scale * light_paths->emission.punctual_density(
+                                                           punctual, ray.origin, -ray.direction, ray.time));
+}
+
 void PathStages::add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit,
                                                const PathInFlight& path) const {
   PathState& state = path.state;
   world->lights.visit_shapes(shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
-    float weight = 1.0f;
-    if (!state.in_medium)
-      weight = weight_beside(state, state.light_path_scale * light_paths->emission.punctual_density(
-                                                                 number, ray.origin, -ray.direction, ray.time));
-    state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
+    state.light[state.light_class(state.bounce)] += state.throughput * radiance * shape_weight(ray, number, state);
   });
 }
 

@@ -26,6 +26,7 @@ struct Photon {
   uint8_t diffuse = 0;      // bounces on its way by kind, without the one nearest to the light
   uint8_t glossy = 0;       //
   uint8_t transmission = 0; //
+  uint8_t group = 0;        // LightGroups: of its light; 0 if there are none
 };
 
 // The arrays of a PhotonMap (photons/photon_map.h). Immutable and thread-safe.
