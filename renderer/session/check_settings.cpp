@@ -183,7 +183,7 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
 namespace {
 
 // What photons do not work with.
-Result<void> check_photons(const RenderSettings& settings, const Camera& camera) {
+Result<void> check_photons(const RenderSettings& settings) {
   const IntegratorSettings& integrator = settings.integrator;
   if (integrator.photons == 0.0f) return {};
   if (!(integrator.photons > 0.0f && integrator.photons <= 1.0f))
@@ -195,7 +195,6 @@ Result<void> check_photons(const RenderSettings& settings, const Camera& camera)
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  if (camera.shutter_open()) return not_with("with motion blur");
   return {};
 }
 
@@ -215,7 +214,7 @@ Result<void> check_combination(const RenderSettings& settings, const Camera& cam
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
-  if (Result<void> checked = check_photons(settings, camera); !checked) return checked;
+  if (Result<void> checked = check_photons(settings); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||

@@ -29,20 +29,22 @@ RenderSettings with_photons(uint32_t samples, float light_paths = 0.0f) {
 }
 
 RenderOutcome outcome_on(DeviceKind device, const World& world, RenderSettings settings,
-                         RenderContinuity continuity = {}) {
+                         RenderContinuity continuity = {}, const Camera& camera = photon_camera()) {
   settings.device = device;
-  Result<RenderOutcome> outcome = render(world, photon_camera(), settings, nullptr, nullptr, std::move(continuity));
+  Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr, std::move(continuity));
   EXPECT_TRUE(outcome.ok()) << outcome.error().message;
   return std::move(outcome).value();
 }
 
-void expect_same_with_photons(const World& world, const RenderSettings& settings) {
-  const RenderOutcome expected = outcome_on(DeviceKind::cpu, world, settings);
+void expect_same_with_photons(const World& world, const RenderSettings& settings,
+                              const Camera& camera = photon_camera()) {
+  const RenderOutcome expected = outcome_on(DeviceKind::cpu, world, settings, {}, camera);
   RenderSettings without = settings;
   without.integrator.photons = 0.0f;
-  EXPECT_NE(outcome_on(DeviceKind::cpu, world, without).film.resolve(Aov::beauty), expected.film.resolve(Aov::beauty))
+  EXPECT_NE(outcome_on(DeviceKind::cpu, world, without, {}, camera).film.resolve(Aov::beauty),
+            expected.film.resolve(Aov::beauty))
       << "nothing is tested";
-  const RenderOutcome found = outcome_on(DeviceKind::host, world, settings);
+  const RenderOutcome found = outcome_on(DeviceKind::host, world, settings, {}, camera);
   expect_same_bits(found.film, expected.film, "the host device");
   const RayCounters &there = found.statistics.rays, &here = expected.statistics.rays;
   EXPECT_EQ(there.paths, here.paths);
@@ -68,6 +70,11 @@ TEST(PhotonsOnDevices, AllMaterialsAndAovs) {
     if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
       settings.aovs.insert(info.aov);
   expect_same_with_photons(*mixed_world(accel::Kind::kdtree), settings);
+}
+
+TEST(PhotonsOnDevices, Motion) {
+  expect_same_with_photons(*moving_glass_world(accel::Kind::kdtree), with_photons(20),
+                           moving_glass_camera(kPhotonImage));
 }
 
 TEST(PhotonsOnDevices, Guiding) {
@@ -147,7 +154,7 @@ TEST(PhotonsOnDevices, MapsCountInTheMemory) {
   too_small.device_memory_bytes = 1 << 16;
   const Result<RenderOutcome> refused = render(*world, photon_camera(), too_small, nullptr, nullptr);
   ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().message.find(", photons 9.2 MiB, "), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find(", photons 9.7 MiB, "), std::string::npos) << refused.error().message;
   // The figure is enough.
   const std::string needs = "needs at least ";
   const size_t at = refused.error().message.find(needs);

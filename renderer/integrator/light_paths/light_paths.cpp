@@ -6,6 +6,7 @@
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/split_light.h"
+#include "renderer/integrator/stages/rest_surface.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
 
@@ -165,12 +166,14 @@ bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit,
   if (arrival == Arrival::joins) {
     const float cosine = std::abs(ray.direction.dot(surface.geometric_normal));
     const float eta = path.in_medium ? world_.medium(path.material).ior : 1.0f;
-    const Photon photon{.position = surface.position,
+    const RestSurface rest = rest_surface(world_, surface, hit, ray.time);
+    const Photon photon{.position = rest.position,
                         .to_light = -ray.direction,
-                        .normal = surface.geometric_normal,
-                        .power = path.throughput *
-                                 (1.0f / (eta * eta * cosine * photons_per_pass * static_cast<float>(samples_per_map))),
+                        .normal = rest.normal,
+                        .power = path.throughput * (rest.area_ratio / (eta * eta * cosine * photons_per_pass *
+                                                                       static_cast<float>(samples_per_map))),
                         .density = path.emitted.density,
+                        .time = ray.time,
                         .medium = path.in_medium ? path.material : Photon::kNoMedium,
                         .diffuse = path.diffuse_bounces,
                         .glossy = path.glossy_bounces,

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/photon_view.h"
+#include "renderer/integrator/stages/rest_surface.h"
 
 #include <cmath>
 
@@ -30,12 +31,23 @@ template <typename Visit>
   const LightPathView& paths = *stages.light_paths;
   const uint32_t medium = state.in_medium ? *path.media.innermost() : Photon::kNoMedium;
   const bool caster = paths.is_caster(surface.material);
+  // Photons are at rest. The disk there is the one that has the radius at the path's time.
+  const bool moves = stages.world->has_motion;
+  RestSurface rest{surface.position, surface.geometric_normal};
+  float span = 0.0f;
+  if (moves) {
+    rest = rest_surface(*stages.world, surface, vertex.hit, vertex.time);
+    radius2 *= rest.area_ratio;
+    span = paths.photon_time_span(path.sample.sample_index);
+  }
   const float off_plane2 = kMaxOffPlane * kMaxOffPlane * radius2;
   const float scale = 1.0f / (kPi * radius2);
   Rgb sum(0.0f);
-  map.for_each_near(surface.position, radius2, [&](const Photon& photon) {
-    if (photon.medium != medium || std::abs(photon.normal.dot(surface.geometric_normal)) < kMinFacing) return;
-    if (square((photon.position - surface.position).dot(surface.geometric_normal)) > off_plane2) return;
+  map.for_each_near(rest.position, radius2, [&](const Photon& photon) {
+    if (photon.medium != medium || std::abs(photon.normal.dot(rest.normal)) < kMinFacing) return;
+    if (square((photon.position - rest.position).dot(rest.normal)) > off_plane2) return;
+    const float time_density = moves ? LightPathView::photon_time_density(vertex.time, photon.time, span) : 1.0f;
+    if (time_density == 0.0f) return;
     const float side = photon.to_light.dot(surface.geometric_normal);
     if (vertex.layers ? (side > 0.0f) != (photon.to_light.dot(vertex.frame.normal) > 0.0f) : !(side > 0.0f)) return;
     if (!stages.within_limits(state.diffuse_bounces() + 1 + photon.diffuse, state.glossy_bounces + photon.glossy,
@@ -47,8 +59,8 @@ template <typename Visit>
           LightPathView::kShares -
               LightPathView::narrow_steps(vertex.bsdf.bsdf(), vertex.frame.to_local(photon.to_light), false),
           LightPathView::kShares);
-    const Rgb light =
-        value * photon.power * LightPathView::light_weight(std::abs(state.light_path_scale) * photon.density);
+    const Rgb light = value * photon.power *
+                      (time_density * LightPathView::light_weight(std::abs(state.light_path_scale) * photon.density));
     sum += light;
     visit(photon, state.throughput * light * scale);
   });

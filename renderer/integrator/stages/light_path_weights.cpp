@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/path_stages.h"
 
+#include "renderer/integrator/stages/rest_surface.h"
+
 namespace kindling {
 
 namespace {
@@ -50,7 +52,12 @@ float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& ver
   const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.sample.sample_index);
   // A cosine lobe is that many times as dense, seen from outside.
   const float eta = state.in_medium ? world->medium(*path.media.innermost()).ior : 1.0f;
-  state.light_path_scale = -light_paths->photon_ratio_scale(radius2) * eta * eta;
+  float scale = light_paths->photon_ratio_scale(radius2) * eta * eta;
+  if (world->has_motion) {
+    if (rest_surface(*world, surface, vertex.hit, vertex.time).area_ratio == 0.0f) return 0.0f;
+    scale *= 2.0f * light_paths->photon_time_span(path.sample.sample_index);
+  }
+  state.light_path_scale = -scale;
   return radius2;
 }
 

@@ -77,6 +77,7 @@ struct PathStages {
   // A surface at which a path scatters.
   struct Vertex {
     const SurfacePoint& surface;
+    const accel::Hit& hit;
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
     float time; // of the path's rays

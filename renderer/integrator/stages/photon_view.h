@@ -15,13 +15,15 @@ namespace kindling {
 struct Photon {
   static constexpr uint32_t kNoMedium = 0xffffffffU;
 
-  V3f position;
+  V3f position; // of its surface at rest (rest_surface.h)
   V3f to_light; // unit, where it came from
-  V3f normal;   // geometric, unit, on the side of to_light
+  V3f normal;   // geometric, unit, on the side of to_light; of the surface at rest
   // Over the cosine, the number of light paths of the map, and the square of the index of
-  // refraction there: paths carry radiance over that square, which refraction does not change.
+  // refraction there: paths carry radiance over that square, which refraction does not change. Times
+  // the area of the surface at rest over that at the photon's time.
   Rgb power;
   float density = 0.0f;     // EmittedRay::density, for the weight
+  float time = 0.0f;        // of the shutter, in [0, 1]
   uint32_t medium = 0;      // material of the medium around it, or kNoMedium
   uint8_t diffuse = 0;      // bounces on its way by kind, without the one nearest to the light
   uint8_t glossy = 0;       //
