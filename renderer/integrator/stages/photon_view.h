@@ -19,8 +19,8 @@ struct Photon {
   V3f to_light; // unit, where it came from
   V3f normal;   // geometric, unit, on the side of to_light; of the surface at rest
   // Over the cosine, the number of light paths of the map, and the square of the index of
-  // refraction there: paths carry radiance over that square, which refraction does not change. Times
-  // the area of the surface at rest over that at the photon's time.
+  // refraction there: paths carry radiance over that square, which refraction does not change.
+  // Times the area of the surface at rest over that at the photon's time.
   Rgb power;
   float density = 0.0f;     // EmittedRay::density, for the weight
   float time = 0.0f;        // of the shutter, in [0, 1]
