@@ -63,10 +63,11 @@ TEST(PhotonMap, HasOneOrder) {
 // Each light path leaves a photon whose density is its number.
 void trace_numbers(uint64_t first, uint64_t count, std::vector<Photon>& photons) {
   for (uint64_t i = first; i < first + count; ++i) {
-    Photon photon;
-    photon.position = V3f(static_cast<float>(i % 97), static_cast<float>(i % 89), 0.0f);
-    photon.density = static_cast<float>(i);
-    photons.push_back(photon);
+    photons.push_back({.position = V3f(static_cast<float>(i % 97), static_cast<float>(i % 89), 0.0f),
+                       .to_light = V3f(0.0f),
+                       .normal = V3f(0.0f),
+                       .power = Rgb(0.0f),
+                       .density = static_cast<float>(i)});
   }
 }
 const auto kNeverStopped = [] { return false; };
