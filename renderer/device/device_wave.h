@@ -73,7 +73,7 @@ class DeviceWave : public ThreadContext {
   [[nodiscard]] Device& device() const { return device_; }
   [[nodiscard]] uint32_t capacity() const { return capacity_; } // samples
   [[nodiscard]] uint32_t sample_count() const { return sample_count_; }
-  // Returns the index in its pixel of a sample of the wave, the first one.
+  // Returns the index in its pixel of a sample of the wave, the first one, or its level.
   [[nodiscard]] uint32_t first_sample() const { return blocks_.front().first_index; }
   [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
   [[nodiscard]] uint32_t light_path_count() const { return light_path_count_; }

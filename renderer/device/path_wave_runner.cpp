@@ -74,6 +74,7 @@ void PathWaveRunner::reserve_photons(uint64_t count) {
 bool PathWaveRunner::take_photons() {
   if (photon_source_ == nullptr) return true;
   const uint32_t sample = first_sample(), number = sample / photon_source_->maps().samples_per_map();
+  wave_.map_sample = sample;
   if (photon_map_ == number) return true;
   const PhotonMaps::Map map = photon_source_->of_sample(sample, counters);
   if (map == nullptr) return false;

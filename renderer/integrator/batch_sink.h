@@ -31,7 +31,7 @@ struct BatchSink {
 
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
     if (context.photon_maps.empty()) return;
-    const PhotonMapView map = context.photon_maps.of_sample(path.sample.sample_index).view();
+    const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
     path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
   }
 

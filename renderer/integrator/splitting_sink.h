@@ -48,7 +48,7 @@ struct SplittingSink : BatchSink {
   // Light that photons bring to the first surface has its first event there.
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) const {
     if (context.photon_maps.empty()) return;
-    const PhotonMapView map = context.photon_maps.of_sample(path.sample.sample_index).view();
+    const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
     const auto split = [&](const Photon& photon, const Rgb& part) {
       const FirstEvent first = path.state.bounce > 0
                                    ? split_light().firsts[path.slot]

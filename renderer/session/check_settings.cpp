@@ -193,7 +193,6 @@ Result<void> check_photons(const RenderSettings& settings) {
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   return {};
 }

@@ -97,6 +97,15 @@ TEST(PhotonsOnDevices, CropsSampleRangesAndAdaptiveSampling) {
   expect_same_with_photons(*world, adaptive);
 }
 
+// A pixel takes up to four samples for each level, whose map they share.
+TEST(PhotonsOnDevices, SampleRates) {
+  RenderSettings settings = with_photons(40);
+  settings.sample_rates = SampleRateKind::noise;
+  settings.min_rates_gain = 0.0;
+  settings.aovs.insert(Aov::samples);
+  expect_same_with_photons(*caster_world(false), settings);
+}
+
 TEST(PhotonsOnDevices, ScenesWithoutCasters) {
   const auto world = make_world(sphere_lamp_and_veil(0.6f), accel::Kind::kdtree);
   const RenderSettings settings = with_photons(3);

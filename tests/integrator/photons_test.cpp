@@ -11,7 +11,7 @@ namespace {
 
 // The sun shines straight down and has no size, so only photons find the floor. Light is refracted
 // into the water and out of it, and is not reflected to the floor again with one bounce. Radiance
-// falls by the square of the index on its way out.
+// falls by the square of the index on its way out. With sample rates pixels share maps by levels.
 TEST(Photons, FloorInWater) {
   const float rho = 0.6f, irradiance = 3.0f;
   const auto world = make_world(floor_in_water(rho, irradiance, 0.0f, V3f(0, 5, 0)), accel::Kind::kdtree);
@@ -22,9 +22,13 @@ TEST(Photons, FloorInWater) {
   const double expected = rho * irradiance / std::numbers::pi * std::pow((1.0 - fresnel) / 1.33, 2.0);
   EXPECT_EQ(estimate_means(*world, camera_above(settings.size_px), settings, 1).mean(), 0.0);
   settings.integrator.photons = 1.0f;
-  const Estimate means = estimate_means(*world, camera_above(settings.size_px), settings, 16);
-  EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error());
-  EXPECT_LT(means.standard_error(), 0.01 * expected);
+  settings.min_rates_gain = 0.0;
+  for (const SampleRateKind rates : {SampleRateKind::even, SampleRateKind::noise}) {
+    settings.sample_rates = rates;
+    const Estimate means = estimate_means(*world, camera_above(settings.size_px), settings, 16);
+    EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error()) << sample_rates_name(rates);
+    EXPECT_LT(means.standard_error(), 0.01 * expected);
+  }
 }
 
 // Paths from the camera meet a sun of 20 degrees by chance. They and photons are weighted against

@@ -25,6 +25,7 @@ TEST(PhotonRender, RefusesOtherTracersAndPasses) {
   EXPECT_EQ(refusal([](auto& s) { s.integrator.clamp_indirect = 2.0f; }), "");
   EXPECT_EQ(refusal([](auto& s) { s.integrator.light_paths = 0.5f; }), "");
   EXPECT_EQ(refusal([](auto& s) { divide_light(s); }), "");
+  EXPECT_EQ(refusal([](auto& s) { s.sample_rates = SampleRateKind::noise; }), "");
   EXPECT_EQ(refusal([](auto& s) { s.device = DeviceKind::host; }), "");
   const auto expect_refused = [](const char* words, const std::function<void(RenderSettings&)>& change) {
     EXPECT_NE(refusal(change).find(words), std::string::npos) << words << ": " << refusal(change);
@@ -32,7 +33,6 @@ TEST(PhotonRender, RefusesOtherTracersAndPasses) {
   expect_refused("with --integrator whitted; use path", [](auto& s) { s.integrator.kind = IntegratorKind::whitted; });
   expect_refused("with --direct-samples above 1", [](auto& s) { s.integrator.direct_samples = 2; });
   expect_refused("with --caustics off", [](auto& s) { s.integrator.caustics = Caustics::off; });
-  expect_refused("with --sample-rates noise", [](auto& s) { s.sample_rates = SampleRateKind::noise; });
   expect_refused("photons 1.5", [](auto& s) { s.integrator.photons = 1.5f; });
   expect_refused("photons nan", [](auto& s) { s.integrator.photons = std::numeric_limits<float>::quiet_NaN(); });
   const Camera moving({}, look_at(V3f(0, 4, 7), V3f(0.0f)), kPhotonSize, CameraMotion{.shutter_open = true});

@@ -109,8 +109,12 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t slot = wave.active.paths[number];
   const accel::Ray ray = wave.path_rays[slot];
   const accel::Hit hit = wave.hits[slot];
-  const PathInFlight path{slot, wave.samples[slot], wave.states[slot], wave.media[slot],
-                          wave.surfaces != nullptr ? wave.surfaces + slot : nullptr};
+  const PathInFlight path{slot,
+                          wave.samples[slot],
+                          wave.states[slot],
+                          wave.media[slot],
+                          wave.surfaces != nullptr ? wave.surfaces + slot : nullptr,
+                          wave.map_sample};
   WaveSink<kBeside> sink{wave};
   if (!hit.is_hit()) {
     const EnvironmentView::Location at = world.lights.locate_in_environment(ray.direction);

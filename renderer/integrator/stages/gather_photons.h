@@ -38,7 +38,7 @@ template <typename Visit>
   if (moves) {
     rest = rest_surface(*stages.world, surface, vertex.hit, vertex.time);
     radius2 *= rest.area_ratio;
-    span = paths.photon_time_span(path.sample.sample_index);
+    span = paths.photon_time_span(path.map_sample);
   }
   const float off_plane2 = kMaxOffPlane * kMaxOffPlane * radius2;
   const float scale = 1.0f / (kPi * radius2);

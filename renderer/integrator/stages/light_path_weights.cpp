@@ -49,13 +49,13 @@ float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& ver
     return 0.0f;
   }
   if (!gathers_photons(path)) return 0.0f;
-  const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.sample.sample_index);
+  const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.map_sample);
   // A cosine lobe is that many times as dense, seen from outside.
   const float eta = state.in_medium ? world->medium(*path.media.innermost()).ior : 1.0f;
   float scale = light_paths->photon_ratio_scale(radius2) * eta * eta;
   if (world->has_motion) {
     if (rest_surface(*world, surface, vertex.hit, vertex.time).area_ratio == 0.0f) return 0.0f;
-    scale *= 2.0f * light_paths->photon_time_span(path.sample.sample_index);
+    scale *= 2.0f * light_paths->photon_time_span(path.map_sample);
   }
   state.light_path_scale = -scale;
   return radius2;

@@ -26,6 +26,9 @@ struct PathInFlight {
   PathState& state;
   MediumStack& media;   // valid only if state.in_medium
   FilmSurface* surface; // the first surface, for AOVs; null: no AOV needs it
+  // The number of the sample by which it has its photon map: its own, or with sample rates its
+  // level.
+  uint32_t map_sample = 0;
 };
 
 // Numbers that are drawn at a surface before it is shaded.
