@@ -7,6 +7,7 @@
 #include "renderer/device/path_wave_runner.h"
 #include "renderer/device/tree_wave_runner.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <utility>
@@ -14,17 +15,20 @@
 namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                                   const WaveSetup& setup)
-    : device_(device), settings_(settings), world_(input.world), setup_(setup) {
+                                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons)
+    : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)) {
   setup_.direct_samples = static_cast<uint32_t>(settings.direct_samples);
-  DevicePlan plan = plan_device_memory(device, input, [this](uint32_t paths) { return wave_bytes(paths); });
+  setup_.photons = photons_.get();
+  DevicePlan plan = plan_device_memory(
+      device, input, [this](uint32_t paths) { return wave_bytes(paths); },
+      photons_ ? photons_->maps().bytes_per_map() : 0);
   setup_.paths = plan.paths;
   if (plan.tiles)
     pager_ = std::make_unique<TilePager>(device, world_.textures, std::move(*plan.tiles), plan.slots, plan.paths);
   setup_.pager = pager_.get();
   scene_.emplace(device, input, pager_.get());
   switch (settings.kind) {
-  case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits, setup.light_paths > 0.0f)); break;
+  case IntegratorKind::path: device.prepare(path_wave_kernels(world_.filters_hits, setup_)); break;
   case IntegratorKind::whitted: device.prepare(kTreeWaveKernels); break;
   default: device.prepare(kFirstHitWaveKernels);
   }
@@ -57,23 +61,52 @@ uint32_t DeviceIntegrator::render_block(const PixelRect& block, const SampleRang
   return work[0].added;
 }
 
+// A pass needs one photon map, since the device has room for one.
+uint32_t DeviceIntegrator::samples_per_pass() const {
+  return photons_ ? photons_->maps().samples_per_map() : Integrator::samples_per_pass();
+}
+
 void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
   assert(dynamic_cast<DeviceWave*>(&context));
   auto& wave = static_cast<DeviceWave&>(context);
-  for (BlockWork& block : work) block.added = 0, block.rays = 0;
+  SampleRange all = work.empty() ? SampleRange{} : work.front().samples;
+  for (BlockWork& block : work) {
+    block.added = 0, block.rays = 0;
+    all = {std::min(all.first, block.samples.first), std::max(all.end, block.samples.end)};
+  }
+  while (!all.empty()) {
+    uint32_t end = all.end;
+    if (photons_) { // those of one map
+      const uint32_t per_map = photons_->maps().samples_per_map();
+      end = std::min(end, (all.first / per_map + 1) * per_map);
+    }
+    if (!render_samples(work, {all.first, end}, wave, film)) return;
+    all.first = end;
+  }
+}
+
+bool DeviceIntegrator::render_samples(std::span<BlockWork> work, const SampleRange& samples, DeviceWave& wave,
+                                      Film& film) {
+  const auto wanted = [&](const BlockWork& block) {
+    const uint32_t first = std::max(samples.first, block.samples.first);
+    return SampleRange{first, std::max(first, std::min(samples.end, block.samples.end))};
+  };
   size_t next = 0;
   uint32_t taken = 0; // samples of each pixel of that block, or levels
   while (next < work.size()) {
     while (next < work.size()) {
       const BlockWork& block = work[next];
-      taken += wave.take(next, block.block, {block.samples.first + taken, block.samples.end}, block.rates);
-      if (taken < block.samples.count()) break; // the wave is full
+      const SampleRange of_block = wanted(block);
+      taken += wave.take(next, block.block, {of_block.first + taken, of_block.end}, block.rates);
+      if (taken < of_block.count()) break; // the wave is full
       ++next;
       taken = 0;
     }
-    if (!wave.run(film)) return;
+    if (wave.empty()) break;
+    if (!wave.run(film)) return false;
     wave.take_results(work, film);
   }
+  return true;
 }
 
 } // namespace kindling

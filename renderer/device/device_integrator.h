@@ -7,10 +7,12 @@
 #include "renderer/device/scene_on_device.h"
 #include "renderer/device/tile_pager.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/photons/photon_source.h"
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace kindling {
 
@@ -19,13 +21,14 @@ class DeviceIntegrator final : public Integrator {
  public:
   // Copies the scene and prepares the kernels. Throws DeviceError. The Whitted tracer has its
   // iterative form. The device and the world must outlive this. Paths and pager of `setup` follow
-  // from the device's memory.
+  // from the device's memory, and its photons from `photons`, which may be null: none are gathered.
   DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                   const WaveSetup& setup);
+                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
                         Film& film) const override;
+  [[nodiscard]] uint32_t samples_per_pass() const override;
   [[nodiscard]] uint64_t paths_together() const override { return setup_.paths; }
   void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const override;
   [[nodiscard]] size_t scene_bytes() const { return scene_->bytes(); } // without texture tiles
@@ -34,11 +37,15 @@ class DeviceIntegrator final : public Integrator {
 
  private:
   [[nodiscard]] uint64_t wave_bytes(uint32_t paths) const;
+  // Renders the samples of the blocks in this range, or levels. False if the World was abandoned.
+  [[nodiscard]] static bool render_samples(std::span<BlockWork> work, const SampleRange& samples, DeviceWave& wave,
+                                           Film& film);
 
   Device& device_;
   IntegratorSettings settings_;
   const World& world_;
   WaveSetup setup_;
+  std::unique_ptr<PhotonSource> photons_;
   std::unique_ptr<TilePager> pager_; // null: all texels are in memory
   std::optional<SceneOnDevice> scene_;
 };

@@ -14,20 +14,22 @@ namespace {
 // Allocations are aligned; a wave has fewer than these.
 constexpr uint64_t kAlignments = 64 * 256;
 
-std::string refusal(const Device& device, uint64_t free, uint64_t scene, uint64_t waves, uint64_t tiles) {
+std::string refusal(const Device& device, uint64_t free, uint64_t scene, uint64_t photons, uint64_t waves,
+                    uint64_t tiles) {
   std::string parts = "scene " + mebibytes(scene) + ", waves " + mebibytes(waves);
+  if (photons > 0) parts += ", photons " + mebibytes(photons);
   if (tiles > 0) parts += ", texture tiles " + mebibytes(tiles);
-  return device.name() + ": no room for the scene: it needs at least " + mebibytes(scene + waves + tiles) + " (" +
-         parts + "), and " + mebibytes(free) + " are free; use --device cpu";
+  return device.name() + ": no room for the scene: it needs at least " + mebibytes(scene + photons + waves + tiles) +
+         " (" + parts + "), and " + mebibytes(free) + " are free; use --device cpu";
 }
 
 } // namespace
 
 DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& input,
-                              const std::function<uint64_t(uint32_t)>& wave_bytes) {
+                              const std::function<uint64_t(uint32_t)>& wave_bytes, uint64_t photon_bytes) {
   const uint64_t free = device.free_bytes();
   const auto waves = [&](uint32_t paths) { return wave_bytes(paths) + kAlignments; };
-  const uint64_t whole = scene_on_device_bytes(input, nullptr);
+  const uint64_t scene = scene_on_device_bytes(input, nullptr), whole = scene + photon_bytes;
   const uint32_t max_paths = device.wave_size();
   for (uint32_t paths = max_paths; paths >= std::max(max_paths / 16, kMinWaveSize); paths /= 2)
     if (whole + waves(paths) <= free) return {.paths = paths};
@@ -36,9 +38,9 @@ DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& inpu
   if (tiles.tile_count() == 0) {
     for (uint32_t paths = max_paths; paths >= fewest; paths /= 2)
       if (whole + waves(paths) <= free) return {.paths = paths};
-    throw DeviceError(refusal(device, free, whole, waves(fewest), 0));
+    throw DeviceError(refusal(device, free, scene, photon_bytes, waves(fewest), 0));
   }
-  const uint64_t rest = scene_on_device_bytes(input, &tiles);
+  const uint64_t untextured = scene_on_device_bytes(input, &tiles), rest = untextured + photon_bytes;
   const uint32_t min_slots = std::min(tiles.tiles_of_surface, tiles.tile_count());
   uint32_t paths = max_paths;
   const uint64_t room = free > rest ? free - rest : 0;
@@ -46,7 +48,8 @@ DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& inpu
   const uint64_t for_tiles = room > waves(paths) ? room - waves(paths) : 0;
   const uint32_t slots = TilePager::slots_within(for_tiles, tiles, paths);
   if (slots < min_slots)
-    throw DeviceError(refusal(device, free, rest, waves(fewest), TilePager::bytes(tiles, min_slots, fewest)));
+    throw DeviceError(
+        refusal(device, free, untextured, photon_bytes, waves(fewest), TilePager::bytes(tiles, min_slots, fewest)));
   return {paths, std::move(tiles), slots};
 }
 

@@ -23,9 +23,10 @@ struct DevicePlan {
 
 // Keeps all texels in memory if they fit beside waves of a sixteenth of Device::wave_size(); else
 // waves take at most a quarter of what the scene without its tiles leaves, and tiles the rest.
-// `wave_bytes(paths)`: of the tracer's waves. Throws DeviceError with the figures if there is no
-// room even for the smallest waves and the tiles of one surface.
+// `wave_bytes(paths)`: of the tracer's waves; `photon_bytes`: of a photon map. Throws DeviceError
+// with the figures if there is no room even for the smallest waves and the tiles of one surface.
 [[nodiscard]] DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& input,
-                                            const std::function<uint64_t(uint32_t)>& wave_bytes);
+                                            const std::function<uint64_t(uint32_t)>& wave_bytes,
+                                            uint64_t photon_bytes = 0);
 
 } // namespace kindling

@@ -15,6 +15,8 @@
 
 namespace kindling {
 
+class PhotonSource;
+
 // Settings of the waves of a render.
 struct WaveSetup {
   uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
@@ -24,6 +26,7 @@ struct WaveSetup {
   bool has_rates = false;             // sample rates
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
   PixelFilter filter = PixelFilter(); // of the light that they bring
+  PhotonSource* photons = nullptr;    // null: none are gathered
   TilePager* pager = nullptr;         // null: all texels are in memory
 };
 
@@ -38,6 +41,7 @@ class DeviceWave : public ThreadContext {
   // many of each pixel, or with rates how many levels. `number`: the block's index in the list of
   // take_results().
   uint32_t take(size_t number, const PixelRect& block, const SampleRange& samples, const SampleRates* rates = nullptr);
+  [[nodiscard]] bool empty() const { return taken_.empty(); }
   // Follows all samples to their end. False if the render was abandoned.
   [[nodiscard]] virtual bool run(const Film& film) = 0;
   // Adds the sums and the counts of the wave, and empties the plan.
@@ -69,6 +73,8 @@ class DeviceWave : public ThreadContext {
   [[nodiscard]] Device& device() const { return device_; }
   [[nodiscard]] uint32_t capacity() const { return capacity_; } // samples
   [[nodiscard]] uint32_t sample_count() const { return sample_count_; }
+  // Returns the index in its pixel of a sample of the wave, the first one, or its level.
+  [[nodiscard]] uint32_t first_sample() const { return blocks_.front().first_index; }
   [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
   [[nodiscard]] uint32_t light_path_count() const { return light_path_count_; }
 

@@ -24,11 +24,20 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
          sizeof(uint64_t);
 }
 
-std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths) {
+namespace {
+
+Kernel shading_kernel(const WaveSetup& setup) {
+  if (setup.photons != nullptr) return Kernel::shade_beside_photons;
+  return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
+}
+
+} // namespace
+
+std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup) {
   std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,
-                              light_paths ? Kernel::shade_beside_light_paths : Kernel::shade,
-                              filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, Kernel::finish_pixel};
-  if (light_paths)
+                              shading_kernel(setup), filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque,
+                              Kernel::finish_pixel};
+  if (setup.light_paths > 0.0f)
     kernels.insert(kernels.end(), {Kernel::begin_light_path, Kernel::scatter_light_path,
                                    filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
   return kernels;
@@ -36,11 +45,11 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths) {
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
-      has_light_paths_(setup.light_paths > 0.0f), filter_(setup.filter), states_(on, capacity()),
-      media_(on, capacity()), rays_(on, capacity()), shadow_rays_(on, capacity() * setup.direct_samples),
-      hits_(on, capacity()), active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
-      shadow_records_(on, capacity() * setup.direct_samples), light_paths_(on, has_light_paths_ ? capacity() : 0),
-      splats_(on, has_light_paths_ ? capacity() : 0) {
+      has_light_paths_(setup.light_paths > 0.0f), shade_(shading_kernel(setup)), photon_source_(setup.photons),
+      filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
+      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
+      next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity() * setup.direct_samples),
+      light_paths_(on, has_light_paths_ ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -54,12 +63,35 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   wave_.shadow_records = shadow_records_.data();
   wave_.light_paths = light_paths_.data();
   wave_.splats = splats_.data();
+  if (photon_source_ != nullptr) reserve_photons(photon_source_->maps().bytes_per_map() / PhotonMap::kBytes);
+}
+
+void PathWaveRunner::reserve_photons(uint64_t count) {
+  photon_nodes_.grow(device(), count);
+  photons_.grow(device(), count);
+}
+
+bool PathWaveRunner::take_photons() {
+  if (photon_source_ == nullptr) return true;
+  const uint32_t sample = first_sample(), number = sample / photon_source_->maps().samples_per_map();
+  wave_.map_sample = sample;
+  if (photon_map_ == number) return true;
+  const PhotonMaps::Map map = photon_source_->of_sample(sample, counters);
+  if (map == nullptr) return false;
+  photon_map_.reset();
+  const PhotonMapView here = map->view();
+  reserve_photons(here.nodes.size());
+  photon_nodes_.upload(here.nodes);
+  photons_.upload(here.photons);
+  wave_.photons = {photon_nodes_.span().first(here.nodes.size()), photons_.span().first(here.photons.size())};
+  photon_map_ = number;
+  return true;
 }
 
 bool PathWaveRunner::run(const Film& film) {
   start(film, wave_);
   found_.clear();
-  if (!follow_camera_paths()) return false;
+  if (!take_photons() || !follow_camera_paths()) return false;
   launch(Kernel::finish_pixel, wave_, pixel_count());
   const uint32_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
   for (uint32_t first = 0; first < light_paths; first += capacity())
@@ -74,7 +106,7 @@ bool PathWaveRunner::follow_camera_paths() {
     if (abandoned()) return false;
     launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
     queue_counts_.clear(1);
-    launch_shading(has_light_paths_ ? Kernel::shade_beside_light_paths : Kernel::shade, wave_, active);
+    launch_shading(shade_, wave_, active);
     const QueueCounts counts = take_next();
     launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts.shadows);
     active = counts.next;

@@ -4,18 +4,23 @@
 
 #include "renderer/device/device_wave.h"
 #include "renderer/device/kernels/path_wave.h"
+#include "renderer/integrator/photons/photon_source.h"
 
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace kindling {
 
-// Returns the bytes on a device that its waves take, at most: one sample for each pixel.
+// Returns the bytes on a device that its waves take without photons, at most: one sample for each
+// pixel.
 [[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
-// The kernels that waves launch. `filters_hits`: World::filters_hits; `light_paths`: some are
-// traced.
-[[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits, bool light_paths);
+// The kernels that waves launch. `filters_hits`: World::filters_hits.
+[[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup);
 
+// With photons all samples of a wave are of one map.
 class PathWaveRunner final : public DeviceWave {
  public:
   PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, const WaveSetup& setup);
@@ -29,13 +34,19 @@ class PathWaveRunner final : public DeviceWave {
     uint32_t next = 0, shadows = 0;
   };
 
-  // False if the render was abandoned.
+  // Return false if the render was abandoned.
+  [[nodiscard]] bool take_photons(); // of the samples of the wave
   [[nodiscard]] bool follow_camera_paths();
   [[nodiscard]] bool follow_light_paths(uint32_t first, uint32_t count); // of those of the wave
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 
+  // Makes room for so many photons on the device.
+  void reserve_photons(uint64_t count);
+
   bool filters_hits_, has_light_paths_;
+  Kernel shade_;
+  PhotonSource* photon_source_;
   PixelFilter filter_; // of the image
   PathWave wave_;
   DeviceArray<PathState> states_;
@@ -48,6 +59,9 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<WaveLightPath> light_paths_;
   DeviceArray<WaveSplat> splats_;
   std::vector<WaveSplat> downloaded_, found_; // of one bounce, and of the wave
+  DeviceArray<PhotonMapView::Node> photon_nodes_;
+  DeviceArray<Photon> photons_;
+  std::optional<uint32_t> photon_map_; // the number of that which is on the device
 };
 
 } // namespace kindling

@@ -6,7 +6,7 @@
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_trace.h"
-#include "renderer/integrator/photons/gather_photons.h"
+#include "renderer/integrator/stages/gather_photons.h"
 #include "renderer/world/world.h"
 
 namespace kindling {
@@ -31,7 +31,7 @@ struct BatchSink {
 
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
     if (context.photon_maps.empty()) return;
-    const PhotonMap& map = context.photon_maps.of_sample(path.sample.sample_index);
+    const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
     path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
   }
 

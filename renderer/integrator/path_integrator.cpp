@@ -45,10 +45,8 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
   }
   light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
   stages_.light_paths = light_paths_.get();
-  if (light_paths_ && settings.photons > 0.0f) {
+  if (light_paths_ && settings.photons > 0.0f)
     photon_maps_ = std::make_unique<PhotonMaps>(light_paths_->photon_paths_per_sample());
-    light_paths_->samples_per_map = photon_maps_->samples_per_map();
-  }
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
@@ -85,6 +83,7 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
   for (uint32_t done = 0; done < samples.count(); done += per_batch) {
     const uint32_t first = samples.first + done;
     const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    context.level.reset();
     if (!take_photons(batch, context)) return done;
     start_batch(block, batch, context);
     const size_t path_count = context.active.size();
@@ -108,7 +107,13 @@ uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange
   const uint32_t max_levels = light_paths_ ? samples_per_batch(block, stages_.settings.batch_size) : levels.count();
   while (list.level() < levels.end) {
     const uint32_t first = list.level();
-    const uint32_t end = std::min(levels.end, first + std::min(max_levels, levels.end - first));
+    uint32_t end = std::min(levels.end, first + std::min(max_levels, levels.end - first));
+    if (photon_maps_) { // those of one map
+      const uint32_t per_map = photon_maps_->samples_per_map();
+      end = std::min(end, (first / per_map + 1) * per_map);
+    }
+    context.level = first;
+    if (!take_photons({first, first + 1}, context)) return first - levels.first;
     list.take(end, context.states.size(), context.listed);
     start_listed(block, context);
     trace_listed(context);
@@ -140,8 +145,13 @@ void PathIntegrator::trace_bounces(PathContext& context) const {
 }
 
 PathInFlight PathIntegrator::path_at(uint32_t slot, PathContext& context) {
-  return {slot, context.camera_samples[slot], context.states[slot], context.media[slot],
-          context.surfaces.empty() ? nullptr : &context.surfaces[slot]};
+  const CameraSample& sample = context.camera_samples[slot];
+  return {slot,
+          sample,
+          context.states[slot],
+          context.media[slot],
+          context.surfaces.empty() ? nullptr : &context.surfaces[slot],
+          context.level.value_or(sample.sample_index)};
 }
 
 void PathIntegrator::shade(PathContext& context) const {

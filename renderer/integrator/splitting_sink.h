@@ -45,6 +45,19 @@ struct SplittingSink : BatchSink {
         {groups.names.empty() ? uint8_t{0} : groups.of(light), event_at(vertex, light.wi, beyond)});
   }
 
+  // Light that photons bring to the first surface has its first event there.
+  void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) const {
+    if (context.photon_maps.empty()) return;
+    const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
+    const auto split = [&](const Photon& photon, const Rgb& part) {
+      const FirstEvent first = path.state.bounce > 0
+                                   ? split_light().firsts[path.slot]
+                                   : event_at(vertex, photon.to_light, photon.to_light.dot(vertex.frame.normal) < 0.0f);
+      split_light().add(path.slot, photon.group, kIndirect, first, LightPass::emit, part);
+    };
+    path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2, split);
+  }
+
   void split_emission(const PathInFlight& path, const accel::Hit& hit, const SurfacePoint& surface,
                       const Rgb& light) const {
     const uint8_t group = groups.names.empty() ? uint8_t{0} : groups.of_surface(world.node_of(hit), surface.material);
@@ -59,7 +72,8 @@ struct SplittingSink : BatchSink {
     const auto first_punctual = world.lights.triangles.size();
     world.lights.visit_shapes(stages.shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
       const uint8_t group = groups.names.empty() ? uint8_t{0} : groups.of_emitter[first_punctual + number];
-      add(path, group, LightPass::emit, path.state.throughput * radiance);
+      add(path, group, LightPass::emit,
+          path.state.throughput * radiance * stages.shape_weight(ray, number, path.state));
     });
   }
 

@@ -183,25 +183,17 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
 namespace {
 
 // What photons do not work with.
-Result<void> check_photons(const RenderSettings& settings, const Camera& camera) {
+Result<void> check_photons(const RenderSettings& settings) {
   const IntegratorSettings& integrator = settings.integrator;
   if (integrator.photons == 0.0f) return {};
   if (!(integrator.photons > 0.0f && integrator.photons <= 1.0f))
     return refuse("photons " + std::to_string(integrator.photons) + ": a fraction from 0 to 1 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--photons: not " + what); };
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
-  if (integrator.light_groups != LightGrouping::off) return not_with("with --light-groups");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  for (const AovInfo& info : kAovs)
-    if (settings.aovs.contains(info.aov) && is_light_pass(info.aov))
-      return not_with("with --aov " + std::string(info.name) + ", which divides the light of camera paths");
-  if (camera.shutter_open()) return not_with("with motion blur");
   return {};
 }
 
@@ -221,7 +213,7 @@ Result<void> check_combination(const RenderSettings& settings, const Camera& cam
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
-  if (Result<void> checked = check_photons(settings, camera); !checked) return checked;
+  if (Result<void> checked = check_photons(settings); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||

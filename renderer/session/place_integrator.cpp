@@ -7,10 +7,13 @@
 #include "renderer/device/scene_on_device.h"
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/photons/photon_source.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
+
+#include <tbb/info.h>
 
 #include <utility>
 
@@ -37,22 +40,28 @@ PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const Re
 
 PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& world, const Camera& camera,
                           const RenderSettings& settings, const Guide* guide) {
+  const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   const Sampler sampler = make_sampler(settings);
   const PerLightSampling lights(world.light_set());
   PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
-  const std::unique_ptr<LightPaths> light_paths =
+  std::unique_ptr<const LightPaths> light_paths =
       make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
-  stages.light_paths = light_paths.get();
+  const LightPaths* const beside = light_paths.get();
+  stages.light_paths = beside;
+  std::unique_ptr<PhotonSource> photons;
+  if (beside != nullptr && settings.integrator.photons > 0.0f)
+    photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads);
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
       *device, settings.integrator,
-      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter, light_paths.get()},
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter, beside},
       WaveSetup{.aovs = settings.aovs,
                 .trims_outliers = settings.outliers == Outliers::trim,
                 .has_rates = settings.sample_rates != SampleRateKind::even,
-                .light_paths = light_paths ? settings.integrator.light_paths : 0.0f,
-                .filter = settings.filter});
+                .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,
+                .filter = settings.filter},
+      std::move(photons));
   PlacedIntegrator placed;
   placed.use.name = device->name();
   placed.use.scene_bytes = integrator->scene_bytes();

@@ -46,6 +46,10 @@ TEST(MemoryBudget, GrowsWithTheRequest) {
     EXPECT_GE(plain.of(kind).peak, plain.of(kind).rendering);
     EXPECT_GE(plain.of(kind).peak, plain.loading);
   }
+  const MemoryBudget photons = with([](MemoryDemand&, MemoryRequest& r) { r.photons = 0.25f; });
+  EXPECT_EQ(plain.on_device.photons, 0U);
+  EXPECT_EQ(photons.on_device.photons, part(photons, "photons") / 5); // of five maps
+  EXPECT_EQ(photons.on_device.min, plain.on_device.min + photons.on_device.photons);
 }
 
 // Light paths have sums for each group and for the passes that they add to.

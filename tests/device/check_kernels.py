@@ -30,6 +30,7 @@ STACK_BYTES = {
     "kindling_intersect_opaque": 1024,
     "kindling_shade": 7168,
     "kindling_shade_beside_light_paths": 7168,
+    "kindling_shade_beside_photons": 7168,
     "kindling_trace_shadow": 7680,
     "kindling_trace_shadow_opaque": 1024,
     "kindling_finish_pixel": 128,

@@ -128,6 +128,18 @@ TEST_F(Gpu, RendersTheSameImageBesideLightPaths) {
   }
 }
 
+TEST_F(Gpu, RendersTheSameImageWithPhotons) {
+  const auto casters = caster_world(true);
+  RenderSettings here = small_render(kGpuImage, 20);
+  here.integrator.photons = 1.0f;
+  here.device = DeviceKind::gpu;
+  const Result<RenderOutcome> gpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
+  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+  here.device = DeviceKind::cpu;
+  const Result<RenderOutcome> cpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
+  expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
+}
+
 TEST_F(Gpu, EachFailureToStartHasItsMessage) {
   fail("init=100");
   expect_message("NVIDIA's driver does not start: a failure (CUDA_ERROR); use --device cpu");
@@ -170,6 +182,8 @@ TEST_F(Gpu, IntegratorsShareTheCache) {
   beside.device = DeviceKind::gpu;
   beside.integrator.light_paths = 1.0f;
   EXPECT_EQ(compilations(beside), 4U); // three of light paths, and another one that shades
+  beside.integrator.photons = 1.0f;
+  EXPECT_EQ(compilations(beside), 1U); // a third one that shades
 }
 
 TEST_F(Gpu, ACompilationIsAnnounced) {

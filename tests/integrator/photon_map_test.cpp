@@ -28,7 +28,7 @@ std::vector<Photon> random_photons(size_t count, uint32_t seed) {
 
 std::vector<float> near(const PhotonMap& map, const V3f& point, float radius2) {
   std::vector<float> found;
-  map.for_each_near(point, radius2, [&](const Photon& photon) { found.push_back(photon.density); });
+  map.view().for_each_near(point, radius2, [&](const Photon& photon) { found.push_back(photon.density); });
   return found;
 }
 
@@ -63,10 +63,11 @@ TEST(PhotonMap, HasOneOrder) {
 // Each light path leaves a photon whose density is its number.
 void trace_numbers(uint64_t first, uint64_t count, std::vector<Photon>& photons) {
   for (uint64_t i = first; i < first + count; ++i) {
-    Photon photon;
-    photon.position = V3f(static_cast<float>(i % 97), static_cast<float>(i % 89), 0.0f);
-    photon.density = static_cast<float>(i);
-    photons.push_back(photon);
+    photons.push_back({.position = V3f(static_cast<float>(i % 97), static_cast<float>(i % 89), 0.0f),
+                       .to_light = V3f(0.0f),
+                       .normal = V3f(0.0f),
+                       .power = Rgb(0.0f),
+                       .density = static_cast<float>(i)});
   }
 }
 const auto kNeverStopped = [] { return false; };

@@ -1,68 +1,17 @@
 // Photons: light of known amount through water, agreement with other paths, bounce limits.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/light_path_view.h"
-#include "tests/integrator/place_light.h"
-#include "tests/integrator/test_scenes.h"
-#include "tests/sampling/estimate.h"
+#include "tests/integrator/water_scenes.h"
 
-#include <array>
 #include <functional>
 #include <numbers>
 
 namespace kindling::test {
 namespace {
 
-// A closed box of water whose sides and bottom are outside of what the tests see.
-Primitive water_box(int material) {
-  Primitive box;
-  box.material = material;
-  const auto corner = [](int i) {
-    return V3f((i & 1) != 0 ? 4.0f : -4.0f, (i & 2) != 0 ? 1.0f : -0.5f, (i & 4) != 0 ? 4.0f : -4.0f);
-  };
-  for (int i = 0; i < 8; ++i) box.positions.push_back(corner(i));
-  box.indices = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
-                 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
-  return box;
-}
-
-Material water_material() {
-  Material water = glass_material(0.0f);
-  water.ior = 1.33f;
-  return water;
-}
-
-// A floor in water, below a sun.
-Scene floor_in_water(float rho, float irradiance, float sun_angle_deg, const V3f& sun_from) {
-  Scene scene = make_scene({diffuse_material(Rgb(rho)), water_material()},
-                           {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), water_box(1)});
-  PunctualLight sun;
-  sun.kind = PunctualLight::Kind::directional;
-  sun.intensity = irradiance;
-  if (sun_angle_deg > 0.0f) sun.angular_diameter_rad = sun_angle_deg * kPi / 180.0f;
-  place_light(scene, sun, kindling::look_at(sun_from, V3f(0.0f), V3f(0, 0, 1)));
-  return scene;
-}
-
-// A camera that looks straight down.
-Camera camera_above(const V2i& size_px) {
-  SceneCamera camera;
-  camera.kind = SceneCamera::Kind::orthographic;
-  camera.xmag = camera.ymag = 0.5f;
-  return {camera, kindling::look_at(V3f(0, 5, 0), V3f(0.0f), V3f(0, 0, 1)), size_px};
-}
-
-Estimate estimate_means(const World& world, const Camera& camera, RenderSettings settings, uint32_t seeds) {
-  Estimate means;
-  for (uint32_t seed = 0; seed < seeds; ++seed) {
-    settings.seed += 100;
-    means.add(render_mean(world, camera, settings).luminance);
-  }
-  return means;
-}
-
 // The sun shines straight down and has no size, so only photons find the floor. Light is refracted
 // into the water and out of it, and is not reflected to the floor again with one bounce. Radiance
-// falls by the square of the index on its way out.
+// falls by the square of the index on its way out. With sample rates pixels share maps by levels.
 TEST(Photons, FloorInWater) {
   const float rho = 0.6f, irradiance = 3.0f;
   const auto world = make_world(floor_in_water(rho, irradiance, 0.0f, V3f(0, 5, 0)), accel::Kind::kdtree);
@@ -73,9 +22,13 @@ TEST(Photons, FloorInWater) {
   const double expected = rho * irradiance / std::numbers::pi * std::pow((1.0 - fresnel) / 1.33, 2.0);
   EXPECT_EQ(estimate_means(*world, camera_above(settings.size_px), settings, 1).mean(), 0.0);
   settings.integrator.photons = 1.0f;
-  const Estimate means = estimate_means(*world, camera_above(settings.size_px), settings, 16);
-  EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error());
-  EXPECT_LT(means.standard_error(), 0.01 * expected);
+  settings.min_rates_gain = 0.0;
+  for (const SampleRateKind rates : {SampleRateKind::even, SampleRateKind::noise}) {
+    settings.sample_rates = rates;
+    const Estimate means = estimate_means(*world, camera_above(settings.size_px), settings, 16);
+    EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error()) << sample_rates_name(rates);
+    EXPECT_LT(means.standard_error(), 0.01 * expected);
+  }
 }
 
 // Paths from the camera meet a sun of 20 degrees by chance. They and photons are weighted against

@@ -23,6 +23,8 @@ enum class SplitKind {
   light_paths,        // as many as a pilot chooses
   moving_light_paths, // clamped
   photons,
+  moving_photons,
+  photons_by_rates,
 };
 
 struct SplitCase {
@@ -34,15 +36,17 @@ inline std::vector<SplitCase> all_split_cases() {
   std::vector<SplitCase> cases;
   for (const SplitKind kind :
        {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive, SplitKind::guided,
-        SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths, SplitKind::photons})
+        SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths, SplitKind::photons,
+        SplitKind::moving_photons, SplitKind::photons_by_rates})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path",   "jittered", "whitted",     "adaptive",           "guided",
-                                    "moving", "rates",    "light_paths", "moving_light_paths", "photons"};
+  constexpr const char* kNames[] = {"path",           "jittered",        "whitted",     "adaptive",           "guided",
+                                    "moving",         "rates",           "light_paths", "moving_light_paths", "photons",
+                                    "moving_photons", "photons_by_rates"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -50,11 +54,13 @@ inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info
 class SplitScene {
  public:
   explicit SplitScene(const SplitCase& what)
-      : kind_(what.kind),
-        world_(what.kind == SplitKind::moving                                           ? moving_world(what.accelerator)
-               : what.kind == SplitKind::light_paths || what.kind == SplitKind::photons ? glass_world(what.accelerator)
-               : what.kind == SplitKind::moving_light_paths ? moving_glass_world(what.accelerator)
-                                                            : mixed_world(what.accelerator)) {
+      : kind_(what.kind), world_(what.kind == SplitKind::moving ? moving_world(what.accelerator)
+                                 : what.kind == SplitKind::light_paths || what.kind == SplitKind::photons ||
+                                         what.kind == SplitKind::photons_by_rates
+                                     ? glass_world(what.accelerator)
+                                 : what.kind == SplitKind::moving_light_paths || what.kind == SplitKind::moving_photons
+                                     ? moving_glass_world(what.accelerator)
+                                     : mixed_world(what.accelerator)) {
     WorldOptions options;
     options.accelerator = what.accelerator;
     std::vector<uint8_t> nodes(16, 0);
@@ -66,8 +72,9 @@ class SplitScene {
 
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
-    if (kind_ == SplitKind::light_paths || kind_ == SplitKind::photons) return glass_camera(kSize);
-    if (kind_ == SplitKind::moving_light_paths) return moving_glass_camera(kSize);
+    if (kind_ == SplitKind::light_paths || kind_ == SplitKind::photons || kind_ == SplitKind::photons_by_rates)
+      return glass_camera(kSize);
+    if (kind_ == SplitKind::moving_light_paths || kind_ == SplitKind::moving_photons) return moving_glass_camera(kSize);
     SceneCamera camera;
     if (kind_ == SplitKind::moving) {
       camera.lens.f_stop = 2.0f;
@@ -118,9 +125,15 @@ class SplitScene {
       settings.outliers = Outliers::keep;
       break;
     case SplitKind::photons:
+    case SplitKind::moving_photons:
       settings.samples_per_pixel = 40; // of three maps
       settings.integrator.photons = 1.0f;
-      settings.integrator.light_groups = LightGrouping::off;
+      break;
+    case SplitKind::photons_by_rates:
+      settings.samples_per_pixel = 40;
+      settings.integrator.photons = 1.0f;
+      settings.sample_rates = SampleRateKind::noise;
+      settings.min_rates_gain = 1.0;
       break;
     }
     return settings;
@@ -141,11 +154,17 @@ class SplitScene {
  private:
   static inline const V2i kSize{43, 29}; // not a multiple of anything
 
+  [[nodiscard]] bool moves() const {
+    return kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths || kind_ == SplitKind::moving_photons;
+  }
+  [[nodiscard]] bool has_photons() const {
+    return kind_ == SplitKind::photons || kind_ == SplitKind::moving_photons || kind_ == SplitKind::photons_by_rates;
+  }
   [[nodiscard]] bool is_possible(Aov aov) const {
     if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
-    if ((kind_ == SplitKind::moving || kind_ == SplitKind::moving_light_paths) && is_motion(aov)) return false;
+    if (moves() && is_motion(aov)) return false;
     if (has_light_paths() && aov == Aov::shadow_catcher) return false;
-    if (kind_ == SplitKind::photons && (is_light_pass(aov) || aov == Aov::shadow_catcher)) return false;
+    if (has_photons() && aov == Aov::shadow_catcher) return false;
     return aov != Aov::shadow_catcher ||
            (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }

@@ -44,6 +44,7 @@ Json memory_json(const MemoryBudget& budget) {
                                     {"peak_phase", of.peak_phase}});
   json["device"] = {{"scene_bytes", budget.on_device.scene},
                     {"wave_bytes", budget.on_device.waves},
+                    {"photon_bytes", budget.on_device.photons},
                     {"min_bytes", budget.on_device.min}};
   return json;
 }

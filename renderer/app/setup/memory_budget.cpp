@@ -31,13 +31,11 @@ uint64_t film_bytes(const MemoryRequest& request) {
   return of_pixel * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
 }
 
-// Two photons for each path are more than scenes of water and glass have.
-uint64_t photon_bytes(const MemoryRequest& request) {
+uint64_t photon_map_bytes(const MemoryRequest& request) {
   if (request.photons == 0.0f) return 0;
   const double pixels = static_cast<double>(request.size_px.x) * static_cast<double>(request.size_px.y);
-  const PhotonMaps maps(static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels)));
-  constexpr uint64_t kPhotonsPerPath = 2;
-  return PhotonMaps::kMaxStored * kPhotonsPerPath * maps.paths_per_map() * PhotonMap::kBytes;
+  return PhotonMaps(static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels)))
+      .bytes_per_map();
 }
 
 uint64_t count_mattes(AovSet aovs) {
@@ -86,7 +84,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                        fmt::format("{}x{}{}", request.size_px.x, request.size_px.y,
                                    request.aovs.has_mattes() ? ", four objects in each pixel" : "")},
                   Part{"guide", Costs::kGuide, "at most"},
-                  Part{"photons", photon_bytes(request), "of all maps"},
+                  Part{"photons", PhotonMaps::kMaxStored * photon_map_bytes(request), "of all maps"},
                   Part{"writing", pixels * (Costs::kPixelOfImage + count_mattes(request.aovs) * Costs::kPixelOfMatte),
                        "the image, resolved and encoded"},
                   Part{"denoising", denoise_memory_bytes(request.size_px, request.denoising),
@@ -129,10 +127,12 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   .direct_samples = request.direct_samples,
                   .trims_outliers = request.trims_outliers,
                   .light_paths = request.light_paths ? 1.0f : 0.0f};
-  budget.on_device = {untextured + texels_of_images, path_wave_bytes(waves)};
+  budget.on_device = {
+      .scene = untextured + texels_of_images, .waves = path_wave_bytes(waves), .photons = photon_map_bytes(request)};
   waves.paths = kMinWaveSize;
-  budget.on_device.min = untextured + std::min(d.unpaged_texture_bytes + tiles, texels_of_images) +
-                         path_wave_bytes(waves) + Costs::kWaitingPath * kMinWaveSize;
+  budget.on_device.min = untextured + budget.on_device.photons +
+                         std::min(d.unpaged_texture_bytes + tiles, texels_of_images) + path_wave_bytes(waves) +
+                         Costs::kWaitingPath * kMinWaveSize;
   return budget;
 }
 
@@ -148,6 +148,8 @@ std::string format_memory_budget(const MemoryBudget& budget) {
   TextTable device({{"on a device"}, {"memory", true}, {"for"}});
   device.add({"scene", format_bytes(budget.on_device.scene), "all arrays that kernels read"});
   device.add({"waves", format_bytes(budget.on_device.waves), fmt::format("{} paths", kWaveSize)});
+  if (budget.on_device.photons > 0)
+    device.add({"photons", format_bytes(budget.on_device.photons), "of one map at a time"});
   device.add({"at least", format_bytes(budget.on_device.min),
               fmt::format("with paged textures and waves of {} paths", kMinWaveSize)});
   return fmt::format("\nmemory of a render, at most, with {} thread{} (loading: {})\n{}{}{}", budget.request.threads,

@@ -100,8 +100,9 @@ struct MemoryBudget {
   // In the memory of a device (--device), with the path tracer.
   struct OnDevice {
     uint64_t scene = 0;
-    uint64_t waves = 0; // of paths
-    uint64_t min = 0;   // of everything, with paged textures and the smallest waves
+    uint64_t waves = 0;   // of paths
+    uint64_t photons = 0; // of a map
+    uint64_t min = 0;     // of everything, with paged textures and the smallest waves
   };
   MemoryRequest request;
   uint64_t loading = 0;                      // everything, while loading

@@ -20,6 +20,7 @@ struct RayBatch;
   KERNEL(intersect_opaque, PathWave)                                                                                   \
   KERNEL(shade, PathWave)                                                                                              \
   KERNEL(shade_beside_light_paths, PathWave)                                                                           \
+  KERNEL(shade_beside_photons, PathWave)                                                                               \
   KERNEL(trace_shadow, PathWave)                                                                                       \
   KERNEL(trace_shadow_opaque, PathWave)                                                                                \
   KERNEL(finish_pixel, PathWave)                                                                                       \

@@ -8,6 +8,7 @@
 #include "accel/kdtree/compact/queries.h"
 #include "renderer/device/kernels/path_wave.h"
 #include "renderer/device/kernels/wave_kernels.h"
+#include "renderer/integrator/stages/gather_photons.h"
 #include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/shade_path.h"
@@ -37,10 +38,13 @@ inline void intersect_opaque(const PathWave& wave, uint32_t number) {
       accel::kd::compact::intersect(wave.scene->tree, wave.path_rays[path], accel::kd::compact::AcceptAll{});
 }
 
-// Takes the results of the stages of a path. `kBeside`: light paths are traced, too.
-template <bool kBeside>
+// Other paths that find the light of those from the camera.
+enum class Beside : uint8_t { nothing, light_paths, photons };
+
+// Takes the results of the stages of a path. Photons may be beside light paths.
+template <Beside kBeside>
 struct WaveSink {
-  static constexpr bool kBesideLightPaths = kBeside;
+  static constexpr bool kBesideLightPaths = kBeside != Beside::nothing;
 
   const PathWave& wave;
   uint32_t light_samples = 1; // at this surface: the most shadow rays that it adds
@@ -61,9 +65,11 @@ struct WaveSink {
     wave.shadow_records[place].record = record;
     wave.shadow_records[first_shadow].count = ++shadow_count;
   }
-  // Photons are gathered, guides trained, samples replayed, and light groups and passes rendered on
-  // the CPU.
-  void gather_photons(const PathStages::Vertex& /*vertex*/, const PathInFlight& /*path*/, float /*radius2*/) {}
+  void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
+    if constexpr (kBeside == Beside::photons)
+      path.state.light[kIndirect] += gathered_light(wave.scene->stages, wave.photons, vertex, path, radius2);
+  }
+  // Guides are trained, samples replayed, and light groups and passes rendered on the CPU.
   static constexpr bool kSplits = false;
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
@@ -95,7 +101,7 @@ struct LightsInTurn {
   }
 };
 
-template <bool kBeside>
+template <Beside kBeside>
 inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t number = number_of(wave.tiles, launched);
   const PathStages& stages = wave.scene->stages;
@@ -103,8 +109,12 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t slot = wave.active.paths[number];
   const accel::Ray ray = wave.path_rays[slot];
   const accel::Hit hit = wave.hits[slot];
-  const PathInFlight path{slot, wave.samples[slot], wave.states[slot], wave.media[slot],
-                          wave.surfaces != nullptr ? wave.surfaces + slot : nullptr};
+  const PathInFlight path{slot,
+                          wave.samples[slot],
+                          wave.states[slot],
+                          wave.media[slot],
+                          wave.surfaces != nullptr ? wave.surfaces + slot : nullptr,
+                          wave.map_sample};
   WaveSink<kBeside> sink{wave};
   if (!hit.is_hit()) {
     const EnvironmentView::Location at = world.lights.locate_in_environment(ray.direction);
@@ -140,9 +150,12 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
 }
 
 // Shades the hit of an active path, or what it sees beyond the scene.
-inline void shade(const PathWave& wave, uint32_t number) { shade_path<false>(wave, number); }
-// The same beside light paths, whose weights take more of a GPU.
-inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) { shade_path<true>(wave, number); }
+inline void shade(const PathWave& wave, uint32_t number) { shade_path<Beside::nothing>(wave, number); }
+// The same beside light paths, whose weights take more of a GPU, and with photons.
+inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) {
+  shade_path<Beside::light_paths>(wave, number);
+}
+inline void shade_beside_photons(const PathWave& wave, uint32_t number) { shade_path<Beside::photons>(wave, number); }
 
 // Adds the light of a shadow ray to its path if nothing is in between.
 inline void trace_one_shadow(const PathWave& wave, uint32_t number) {

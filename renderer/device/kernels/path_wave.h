@@ -7,6 +7,7 @@
 #include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/path_state.h"
+#include "renderer/integrator/stages/photon_view.h"
 
 #include <cstdint>
 
@@ -57,6 +58,8 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
+  PhotonMapView photons;   // of all samples of the wave
+  uint32_t map_sample = 0; // PathInFlight::map_sample
   // Light paths follow those of the camera, in rounds, and take over their rays, hits and queues.
   // The shadow rays are those of the camera to the ends of light paths then.
   uint32_t first_light_path = 0;        // of the round, among those of the wave

@@ -4,7 +4,9 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/casters.h"
+#include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/split_light.h"
+#include "renderer/integrator/stages/rest_surface.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
 
@@ -37,7 +39,10 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   const float pixels = static_cast<float>(seen_by.size_px().x) * static_cast<float>(seen_by.size_px().y);
   paths_per_pass = fraction_ * pixels;
   constexpr float kMaxPhotons = 0x1p31f; // they are numbered by 32 bits
-  if (settings.photons > 0.0f) photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
+  if (settings.photons > 0.0f) {
+    photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
+    samples_per_map = PhotonMaps::samples_per_map(photon_paths_per_sample());
+  }
   constexpr float kMaxRadius = 0.02f; // in relation to the largest caster
   for (const EmissionTarget& target : emission.targets)
     max_photon_radius_m = std::max(max_photon_radius_m, kMaxRadius * target.radius);
@@ -131,7 +136,7 @@ void LightPaths::follow(const PathStages& stages, LightPathContext& context, Ray
 bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                               LightPathContext& context) const {
   LightPathState& path = context.paths[number];
-  if (context.photons) return scatter_photon(stages, hit, ray, path, *context.photons);
+  if (context.photons) return scatter_photon(stages, hit, ray, path, context);
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
   if (context.measures && path.bounces == 0)
@@ -152,7 +157,7 @@ bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, a
 
 // Gathering decides what a surface reflects of its photons.
 bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
-                                std::vector<Photon>& photons) const {
+                                LightPathContext& context) const {
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
   const Arrival arrival = arrive(hit, surface, path);
@@ -161,17 +166,20 @@ bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit,
   if (arrival == Arrival::joins) {
     const float cosine = std::abs(ray.direction.dot(surface.geometric_normal));
     const float eta = path.in_medium ? world_.medium(path.material).ior : 1.0f;
-    const Photon photon{.position = surface.position,
+    const RestSurface rest = rest_surface(world_, surface, hit, ray.time);
+    const Photon photon{.position = rest.position,
                         .to_light = -ray.direction,
-                        .normal = surface.geometric_normal,
-                        .power = path.throughput *
-                                 (1.0f / (eta * eta * cosine * photons_per_pass * static_cast<float>(samples_per_map))),
+                        .normal = rest.normal,
+                        .power = path.throughput * (rest.area_ratio / (eta * eta * cosine * photons_per_pass *
+                                                                       static_cast<float>(samples_per_map))),
                         .density = path.emitted.density,
+                        .time = ray.time,
                         .medium = path.in_medium ? path.material : Photon::kNoMedium,
                         .diffuse = path.diffuse_bounces,
                         .glossy = path.glossy_bounces,
-                        .transmission = path.transmission_bounces};
-    if (is_finite(photon.power)) photons.push_back(photon);
+                        .transmission = path.transmission_bounces,
+                        .group = context.splits ? group_of(*context.splits, path) : uint8_t{0}};
+    if (is_finite(photon.power)) context.photons->push_back(photon);
   }
   return bounce(stages, surface, hit, ray, path);
 }
@@ -210,9 +218,7 @@ SplatParts LightPaths::parts_of(const PathStages& stages, const LightGroups& gro
                                 const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
                                 const LightJoint& joint) const {
   SplatParts parts;
-  if (!groups.names.empty())
-    parts.group = path.emitted.emitter == emission.environment_emitter() ? groups.environment
-                                                                         : groups.of_emitter[path.emitted.emitter];
+  parts.group = group_of(groups, path);
   SurfacePoint scratch;
   const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
   const V3f local = seen.frame.to_local(-ray.direction);

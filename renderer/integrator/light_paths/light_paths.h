@@ -43,7 +43,7 @@ struct LightPathContext {
   std::vector<Splat> found; // of all paths
   uint64_t path_count = 0;
   bool measures = false;                  // finds Splat::traced_ratio, for a pilot
-  const LightGroups* splits = nullptr;    // finds Splat::parts; the groups may have no names
+  const LightGroups* splits = nullptr;    // finds Splat::parts and Photon::group; the groups may have no names
   std::vector<Photon>* photons = nullptr; // set while paths leave photons and are not joined to the camera
 };
 
@@ -84,11 +84,17 @@ class LightPaths : public LightPathStages {
                     LightPathContext& context) const;
   // The same for a path that leaves photons.
   bool scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
-                      std::vector<Photon>& photons) const;
+                      LightPathContext& context) const;
   [[nodiscard]] float arriving_density(const EmittedRay& emitted, const V3f& at) const;
   [[nodiscard]] float traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                    const accel::Ray& ray, const LightPathState& path, float arriving,
                                    const LightJoint& joint) const;
+  // Returns the group of the light that a path comes from; 0 if there are none.
+  [[nodiscard]] uint8_t group_of(const LightGroups& groups, const LightPathState& path) const {
+    if (groups.names.empty()) return 0;
+    const uint32_t emitter = path.emitted.emitter;
+    return emitter == emission.environment_emitter() ? groups.environment : groups.of_emitter[emitter];
+  }
   // Returns the parts of the light that light from a joint belongs to, as SplittingSink splits the
   // light of paths from the camera.
   [[nodiscard]] SplatParts parts_of(const PathStages& stages, const LightGroups& groups, const SurfacePoint& surface,

@@ -15,7 +15,7 @@ namespace kindling {
 // `order` is a range of the tree that begins at `begin`: photons by their numbers.
 void PhotonMap::divide(std::span<uint32_t> order, std::span<const Photon> photons, std::span<uint8_t> axes,
                        size_t begin) {
-  if (order.size() < kLeaf) { // searched in the order of the photons' numbers
+  if (order.size() < PhotonMapView::kLeaf) { // searched in the order of the photons' numbers
     std::sort(order.begin(), order.end());
     return;
   }

@@ -1,33 +1,15 @@
-// Photons on surfaces, and those near a point.
+// A tree over photons.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/base/math.h"
+#include "renderer/integrator/stages/photon_view.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace kindling {
-
-// Light that has arrived at a surface over one or more casters (stages/light_path_view.h).
-struct Photon {
-  static constexpr uint32_t kNoMedium = 0xffffffffU;
-
-  V3f position;
-  V3f to_light; // unit, where it came from
-  V3f normal;   // geometric, unit, on the side of to_light
-  // Over the cosine, the number of light paths of the map, and the square of the index of
-  // refraction there: paths carry radiance over that square, which refraction does not change.
-  Rgb power;
-  float density = 0.0f;     // EmittedRay::density, for the weight
-  uint32_t medium = 0;      // material of the medium around it, or kNoMedium
-  uint8_t diffuse = 0;      // bounces on its way by kind, without the one nearest to the light
-  uint8_t glossy = 0;       //
-  uint8_t transmission = 0; //
-};
 
 // Photons in a kd-tree (Jensen 2001, "Realistic Image Synthesis Using Photon Mapping", chapter 6),
 // whose inner nodes are photons: that in the middle of a range divides it along an axis. Immutable
@@ -37,58 +19,18 @@ class PhotonMap {
   // Builds the tree on the threads of the current TBB arena.
   explicit PhotonMap(std::vector<Photon> photons);
 
-  // Calls visit(photon) for each photon whose distance to the point is less than the root of
-  // `radius2`, always in the same order.
-  template <typename Visit>
-  void for_each_near(const V3f& point, float radius2, const Visit& visit) const;
+  static constexpr size_t kBytes = sizeof(Photon) + sizeof(PhotonMapView::Node); // of each photon
 
-  static constexpr size_t kBytes = sizeof(Photon) + 16; // of each photon
-
+  [[nodiscard]] PhotonMapView view() const { return {nodes_, photons_}; }
   [[nodiscard]] std::span<const Photon> photons() const { return photons_; } // in the order of the tree
 
  private:
-  // The part of a photon that a search reads.
-  struct Node {
-    V3f position;
-    uint32_t axis; // that its range is divided along
-  };
-  static_assert(sizeof(Photon) + sizeof(Node) == kBytes);
-  struct Range {
-    uint32_t begin, end;
-  };
-  static constexpr uint32_t kLeaf = 8;      // ranges of fewer are searched one by one
-  static constexpr size_t kMaxDepth = 32;   // of ranges, which are halved
   static constexpr size_t kParallel = 8192; // ranges of more are divided by several threads
 
   static void divide(std::span<uint32_t> order, std::span<const Photon> photons, std::span<uint8_t> axes, size_t begin);
 
-  std::vector<Node> nodes_;
+  std::vector<PhotonMapView::Node> nodes_;
   std::vector<Photon> photons_; // parallel to nodes_
 };
-
-template <typename Visit>
-void PhotonMap::for_each_near(const V3f& point, float radius2, const Visit& visit) const {
-  const auto meet = [&](uint32_t i) {
-    if ((nodes_[i].position - point).length2() < radius2) visit(photons_[i]);
-  };
-  std::array<Range, kMaxDepth> waiting;
-  size_t count = 0;
-  Range range{0, static_cast<uint32_t>(nodes_.size())};
-  for (;;) {
-    while (range.end - range.begin >= kLeaf) {
-      const uint32_t middle = range.begin + (range.end - range.begin) / 2;
-      const Node& node = nodes_[middle];
-      const float beyond = point[static_cast<int>(node.axis)] - node.position[static_cast<int>(node.axis)];
-      const bool crosses = beyond * beyond < radius2;
-      if (crosses) meet(middle);
-      const Range below{range.begin, middle}, above{middle + 1, range.end};
-      range = beyond < 0.0f ? below : above;
-      if (crosses) waiting[count++] = beyond < 0.0f ? above : below;
-    }
-    for (uint32_t i = range.begin; i < range.end; ++i) meet(i);
-    if (count == 0) return;
-    range = waiting[--count];
-  }
-}
 
 } // namespace kindling

@@ -2,6 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/photons/photon_maps.h"
 
+#include "renderer/base/standard_arithmetic.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -76,11 +81,14 @@ struct PhotonMaps::Building {
 };
 
 PhotonMaps::PhotonMaps(uint64_t paths_per_sample)
-    : samples_per_map_(static_cast<uint32_t>(
-          std::clamp(kPathsOfSmallMap / std::max<uint64_t>(paths_per_sample, 1), uint64_t{1}, kMaxSamplesPerMap))),
-      paths_per_map_(paths_per_sample * samples_per_map_) {}
+    : samples_per_map_(samples_per_map(paths_per_sample)), paths_per_map_(paths_per_sample * samples_per_map_) {}
 
 PhotonMaps::~PhotonMaps() = default;
+
+uint32_t PhotonMaps::samples_per_map(uint64_t paths_per_sample) {
+  return static_cast<uint32_t>(
+      std::clamp(kPathsOfSmallMap / std::max<uint64_t>(paths_per_sample, 1), uint64_t{1}, kMaxSamplesPerMap));
+}
 
 std::shared_ptr<PhotonMaps::Building> PhotonMaps::find(uint64_t number) {
   const std::lock_guard lock(mutex_);
@@ -109,6 +117,27 @@ PhotonMaps::Map PhotonMaps::of_sample(uint32_t sample, const Trace& trace, const
   const Building::State state = building->wait(stopped);
   if (state == Building::State::failed) throw std::runtime_error("the photons of another thread could not be traced");
   return state == Building::State::complete ? building->map : nullptr;
+}
+
+// No task waits for a map, unlike of_sample(): a thread that waits for a part of a tree may take
+// any task of its arena.
+PhotonMaps::Map PhotonMaps::of_sample_alone(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped) {
+  const std::shared_ptr<Building> building = find(sample / samples_per_map_);
+  try {
+    std::atomic<bool> traced{false};
+    tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
+      const StandardArithmetic standard_arithmetic;
+      if (building->help(trace, stopped)) traced = true;
+    });
+    if (traced) {
+      building->build();
+      building->end(Building::State::complete);
+    }
+  } catch (...) {
+    building->end(Building::State::failed);
+    throw;
+  }
+  return building->wait(stopped) == Building::State::complete ? building->map : nullptr;
 }
 
 bool BatchPhotonMaps::take(uint32_t first, uint32_t end, PhotonMaps& maps, const PhotonMaps::Trace& trace,

@@ -26,6 +26,11 @@ class PhotonMaps {
   // paths times `paths_per_sample`. Small images share more, since small maps cost more to search.
   explicit PhotonMaps(uint64_t paths_per_sample);
   ~PhotonMaps();
+  // Returns that k.
+  [[nodiscard]] static uint32_t samples_per_map(uint64_t paths_per_sample);
+  // Returns the bytes of the photons of a map, at most: two of each path are more than scenes of
+  // water and glass have.
+  [[nodiscard]] uint64_t bytes_per_map() const { return 2 * paths_per_map_ * PhotonMap::kBytes; }
 
   // Maps in memory: those of two open passes, and one more.
   static constexpr size_t kMaxStored = 5;
@@ -38,6 +43,8 @@ class PhotonMaps {
   // for a part of the map's light paths, others may call theirs for the rest. If one throws, all
   // threads that wait for the map throw std::runtime_error.
   [[nodiscard]] Map of_sample(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped);
+  // The same for a single thread that asks for maps: those of the current TBB arena help it.
+  [[nodiscard]] Map of_sample_alone(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped);
 
  private:
   struct Building;

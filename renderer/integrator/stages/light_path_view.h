@@ -10,6 +10,7 @@
 #include "renderer/world/surface_point.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -52,15 +53,34 @@ struct LightPathView {
   // Returns the same at a surface where photons are gathered within a radius.
   [[nodiscard]] float photon_ratio_scale(float radius2) const { return photons_per_pass * kPi * (kPi * radius2); }
 
+  // Returns how far the times of photons are at most from that of a path that gathers them, in units
+  // of the shutter interval, if something moves. It shrinks like the radius, so both blur the less
+  // the more samples there are.
+  [[nodiscard]] float photon_time_span(uint32_t sample) const {
+    constexpr float kFirst = 0.125f; // with the first map
+    return kFirst * elementary::pow(samples_before_map(sample), -1.0f / 6.0f);
+  }
+  // Returns the density of a photon's time around that of a path. It is mirrored at both ends of
+  // the shutter interval, so its mean over all times of either is 1 for each time of the other.
+  [[nodiscard]] static float photon_time_density(float path_time, float photon_time, float span) {
+    const float sum = path_time + photon_time;
+    const int found =
+        (std::abs(path_time - photon_time) < span ? 1 : 0) + (sum < span ? 1 : 0) + (2.0f - sum < span ? 1 : 0);
+    return static_cast<float>(found) / (2.0f * span);
+  }
+
   // Returns the square of the radius within which a sample of a pixel gathers photons, given the
   // width of the pixel's cone there. It shrinks from map to map, so that the mean of all samples
   // converges to the image without bias (Knaus and Zwicker 2011, "Progressive Photon Mapping: A
   // Probabilistic Approach", with alpha = 2/3).
   [[nodiscard]] float photon_radius2(float pixel_width_m, uint32_t sample) const {
     constexpr float kPixels = 1.5f; // with the first map
-    const uint32_t samples_before = sample / samples_per_map * samples_per_map;
     return square(std::min(kPixels * pixel_width_m, max_photon_radius_m)) *
-           elementary::pow(static_cast<float>(samples_before + 1), -1.0f / 3.0f);
+           elementary::pow(samples_before_map(sample), -1.0f / 3.0f);
+  }
+  // Returns the number of samples before those of the map of a sample, and one.
+  [[nodiscard]] float samples_before_map(uint32_t sample) const {
+    return static_cast<float>(sample / samples_per_map * samples_per_map + 1);
   }
 
   // Returns the density of camera rays of a time at a surface with this normal, in pixels per

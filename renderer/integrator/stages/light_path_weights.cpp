@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/path_stages.h"
 
+#include "renderer/integrator/stages/rest_surface.h"
+
 namespace kindling {
 
 namespace {
@@ -47,10 +49,15 @@ float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& ver
     return 0.0f;
   }
   if (!gathers_photons(path)) return 0.0f;
-  const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.sample.sample_index);
+  const float radius2 = light_paths->photon_radius2(state.cone.width_m / sample_width, path.map_sample);
   // A cosine lobe is that many times as dense, seen from outside.
   const float eta = state.in_medium ? world->medium(*path.media.innermost()).ior : 1.0f;
-  state.light_path_scale = -light_paths->photon_ratio_scale(radius2) * eta * eta;
+  float scale = light_paths->photon_ratio_scale(radius2) * eta * eta;
+  if (world->has_motion) {
+    if (rest_surface(*world, surface, vertex.hit, vertex.time).area_ratio == 0.0f) return 0.0f;
+    scale *= 2.0f * light_paths->photon_time_span(path.map_sample);
+  }
+  state.light_path_scale = -scale;
   return radius2;
 }
 
@@ -125,15 +132,17 @@ float PathStages::environment_weight(const accel::Ray& ray, const EnvironmentVie
                                   light_paths->emission.environment_density(sky, ray.origin, -ray.direction));
 }
 
+float PathStages::shape_weight(const accel::Ray& ray, uint32_t punctual, const PathState& state) const {
+  if (!(state.light_path_scale > 0.0f) || state.in_medium) return 1.0f;
+  return weight_beside(state, state.light_path_scale * light_paths->emission.punctual_density(
+                                                           punctual, ray.origin, -ray.direction, ray.time));
+}
+
 void PathStages::add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit,
                                                const PathInFlight& path) const {
   PathState& state = path.state;
   world->lights.visit_shapes(shape_ray(ray, hit, path), [&](uint32_t number, const Rgb& radiance) {
-    float weight = 1.0f;
-    if (!state.in_medium)
-      weight = weight_beside(state, state.light_path_scale * light_paths->emission.punctual_density(
-                                                                 number, ray.origin, -ray.direction, ray.time));
-    state.light[state.light_class(state.bounce)] += state.throughput * radiance * weight;
+    state.light[state.light_class(state.bounce)] += state.throughput * radiance * shape_weight(ray, number, state);
   });
 }
 

@@ -26,6 +26,9 @@ struct PathInFlight {
   PathState& state;
   MediumStack& media;   // valid only if state.in_medium
   FilmSurface* surface; // the first surface, for AOVs; null: no AOV needs it
+  // The number of the sample by which it has its photon map: its own, or with sample rates its
+  // level.
+  uint32_t map_sample = 0;
 };
 
 // Numbers that are drawn at a surface before it is shaded.
@@ -77,6 +80,7 @@ struct PathStages {
   // A surface at which a path scatters.
   struct Vertex {
     const SurfacePoint& surface;
+    const accel::Hit& hit;
     const Frame& frame; // around the shading normal
     GuidedBsdf bsdf;
     float time; // of the path's rays
@@ -199,12 +203,14 @@ struct PathStages {
   // Notes the share that light paths find of what is scattered into a direction, and what else
   // excludes them. Called before the path crosses the surface.
   void note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const;
-  // Return the weights of a light sample, of an emitter that was hit, and of the environment.
+  // Return the weights of a light sample, of an emitter that was hit, of the environment, and of a
+  // shape, by its number among LightSetView::punctuals.
   [[nodiscard]] float light_path_weight(const Vertex& vertex, const LightSample& light, float side,
                                         const PathState& state) const;
   [[nodiscard]] float emission_weight(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const;
   [[nodiscard]] float environment_weight(const accel::Ray& ray, const EnvironmentView::Location& at,
                                          const PathState& state) const;
+  [[nodiscard]] float shape_weight(const accel::Ray& ray, uint32_t punctual, const PathState& state) const;
   void add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
   // Layers and media (path_media.cpp).

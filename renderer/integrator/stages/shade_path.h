@@ -57,15 +57,15 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
     const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
     scatter(ray,
-            Vertex{surface, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
+            Vertex{surface, hit, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
                    sampled, &layers},
             lights, path, sink);
   } else {
     const Frame frame = Frame::around(surface.shading_normal);
-    scatter(
-        ray,
-        Vertex{surface, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), ray.time, sampled, nullptr},
-        lights, path, sink);
+    scatter(ray,
+            Vertex{surface, hit, frame, GuidedBsdf(surface.bsdf, nullptr, frame, -ray.direction), ray.time, sampled,
+                   nullptr},
+            lights, path, sink);
   }
 }
 
