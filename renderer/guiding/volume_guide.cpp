@@ -16,10 +16,10 @@
 namespace kindling {
 namespace {
 
-constexpr size_t kMaxRecords = 4096; // of a region: in larger regions lamps are seen in too different directions
-constexpr uint32_t kMaxDepth = 24;   // of regions
-constexpr size_t kMinLights = 64;    // of a square that is divided: a light is a third of a record
-constexpr uint32_t kMaxLevels = 10;  // of squares: a two-hundredth of a radian
+constexpr size_t kMaxRegionRecords = 4096; // of a region: in larger regions lamps are seen in too different directions
+constexpr uint32_t kMaxRegionDepth = 24;   // of regions
+constexpr size_t kMinLights = 64;          // of a square that is divided: a light is a third of a record
+constexpr uint32_t kMaxLevels = 10;        // of squares: a two-hundredth of a radian
 
 // Each record is spread by up to this angle, radians. Light at the edge of a beam that no record
 // has would be found by the phase function alone, with a large weight.
@@ -46,7 +46,7 @@ struct GrowingRegions {
 
 // Splits at the mean along the axis of the largest variance.
 void GrowingRegions::grow(uint32_t node, std::span<VolumeRecord> records, uint32_t depth) {
-  if (records.size() > kMaxRecords && depth < kMaxDepth) {
+  if (records.size() > kMaxRegionRecords && depth < kMaxRegionDepth) {
     V3d sum(0.0), sum2(0.0);
     for (const VolumeRecord& record : records) {
       const V3d p(record.position);

@@ -47,6 +47,7 @@ struct BatchSink {
     record.base = scattered.bsdf_pdf / scattered.pdf;
     record.replaced = vertex.bsdf.replaceable(scattered.bsdf_pdf, scattered.cosine) / scattered.pdf;
     record.allowed = vertex.bsdf.allowed() / scattered.pdf;
+    record.without_caustics = vertex.bsdf.without_caustics(scattered) / scattered.pdf;
     context.recorder->reflect(path.slot, record);
   }
   void offer_light(const PathStages::Vertex& vertex, const LightSample& light, const Rgb& contribution) {

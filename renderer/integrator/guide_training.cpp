@@ -4,6 +4,7 @@
 
 #include "renderer/base/standard_arithmetic.h"
 #include "renderer/guiding/learn_guide.h"
+#include "renderer/integrator/light_paths/caustic_photons.h"
 #include "renderer/integrator/light_paths/volume_photons.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_recorder.h"
@@ -42,6 +43,11 @@ constexpr Limits kPromisingAfterFew{0.98, 0.995}; // a short probe knows less
 constexpr Limits kWorthwhile{0.88, 0.97};
 constexpr Limits kWorthwhileAfterFew{0.94, 0.97}; // few paths predict less than their guide gains
 constexpr Limits kAnyGain{1.0, 1.0};
+
+// Directions of caustics make paths on all surfaces with caustics 1.3 times as expensive. They pay
+// where the BSDF alone would miss this share of the image's light in most pixels.
+constexpr double kMinCausticShare = 0.02;
+constexpr size_t kMinCausticRecords = 4 * CausticGuide::kLobes;
 
 struct Worker {
   std::unique_ptr<PathContext> context;
@@ -83,11 +89,13 @@ class Training {
       }
     }
     if (paths > 0) guide = with_volumes(std::move(guide), paths);
+    if (paths > 0) guide = with_caustics(std::move(guide), paths);
     if (stopped()) guide.reset();
     if (guide) {
       statistics_.patches = static_cast<int>(guide->patches.patches().size());
       statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
       statistics_.volume_regions = static_cast<int>(guide->volumes.bright_region_count());
+      statistics_.caustic_regions = static_cast<int>(guide->caustics.regions.size());
     }
     statistics_.training_s = elapsed_s();
     return {std::move(guide), statistics_, busy_s_};
@@ -148,7 +156,7 @@ class Training {
                   static_cast<uint64_t>(blocks[i].pixel_count()) * samples};
       traced += found[i].paths;
       worker.busy_s += std::chrono::duration<double>(Clock::now() - start).count();
-      if (on_done_) on_done_(traced);
+      if (on_done_ && !is_extra_) on_done_(traced);
     });
     next_sample_ += static_cast<uint32_t>((visits + count - 1) / count);
     for (Worker& worker : workers) {
@@ -170,6 +178,7 @@ class Training {
     if (paths == 0) return;
     statistics_.paths += paths;
     const double mean = sum / static_cast<double>(paths);
+    mean_luminance_ = mean;
     tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
       BlockRecords& block = found[b];
       const double block_mean = block.paths == 0 ? 0.0 : block.luminance_sum / static_cast<double>(block.paths);
@@ -229,6 +238,45 @@ class Training {
     return std::make_unique<const Guide>(std::move(all));
   }
 
+  // Adds directions of caustics, learned from as many light paths. An eighth of these and of the
+  // training's paths tell whether they pay.
+  std::unique_ptr<const Guide> with_caustics(std::unique_ptr<const Guide> guide, uint64_t paths) {
+    const IntegratorSettings& integrator = settings_.integrator;
+    if (integrator.caustics != Caustics::full || integrator.light_paths > 0.0f || integrator.photons > 0.0f)
+      return guide; // other ways to caustics, with weights of their own
+    const uint64_t probe = paths / kProbePart;
+    std::vector<CausticRecord> records = caustic_photons(0, probe);
+    if (records.size() < kMinCausticRecords || stopped()) return guide;
+    const std::unique_ptr<const Guide> tried = with_caustics(guide.get(), records, probe);
+    records_.clear();
+    const uint64_t traced_before = statistics_.paths;
+    is_extra_ = true;
+    trace(probe, tried.get());
+    const CausticGain gain = caustic_gain(records_, statistics_.paths - traced_before);
+    records_ = {};
+    light_records_ = {};
+    if (!(gain.share > (settings_.only_if_worthwhile ? kMinCausticShare : 0.0)) || !(gain.second_moment < 1.0))
+      return guide;
+    statistics_.caustic_share = gain.share;
+    const std::vector<CausticRecord> more = caustic_photons(probe, paths - probe);
+    records.insert(records.end(), more.begin(), more.end());
+    return with_caustics(guide.get(), records, paths);
+  }
+  std::vector<CausticRecord> caustic_photons(uint64_t first, uint64_t count) {
+    return trace_caustic_photons(world_, camera_,
+                                 {settings_.integrator, settings_.filter, settings_.seed, first, count}, stopped_,
+                                 statistics_.rays);
+  }
+  // The records are sorted. `guide` may be null.
+  [[nodiscard]] std::unique_ptr<const Guide> with_caustics(const Guide* guide, std::vector<CausticRecord>& records,
+                                                           uint64_t paths) const {
+    // Caustics as strong as this part of the image's mean are sampled as often as all other light.
+    constexpr double kEqual = 0.1;
+    Guide all = guide ? *guide : Guide{};
+    all.caustics = CausticGuide(records, paths, static_cast<float>(kEqual * kPi * mean_luminance_));
+    return std::make_unique<const Guide>(std::move(all));
+  }
+
   const World& world_;
   const Camera& camera_;
   const GuideTrainingSettings& settings_;
@@ -241,6 +289,8 @@ class Training {
   std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
   double busy_s_ = 0.0;
+  double mean_luminance_ = 0.0; // of the paths traced last
+  bool is_extra_ = false;       // further paths are beyond max_paths
 };
 
 } // namespace

@@ -36,6 +36,8 @@ struct GuidingStatistics {
   int patches = 0;               // that directions are guided to; 0: directions are not guided
   int light_regions = 0;         // with learned probabilities of the kinds of light; 0: none are learned
   int volume_regions = 0;        // of scattering media with learned directions; 0: none
+  int caustic_regions = 0;       // of surfaces with learned directions of caustics; 0: none
+  double caustic_share = 0.0;    // of the image's light that these find, as predicted
 };
 
 struct TrainedGuide {
@@ -45,7 +47,7 @@ struct TrainedGuide {
 };
 
 // Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by
-// what the probe learned; then up to as many light paths into scattering media. The guide is a
+// what the probe learned; then up to as many light paths into scattering media, and over casters. The guide is a
 // function of world, camera, settings and GuidingStatistics::max_paths: threads do not change it.
 // Runs on the threads of the current TBB arena. `stopped` is polled between blocks and may be
 // empty; once it returns true, no guide is returned. `on_done` may be empty; it is called from any

@@ -1,6 +1,7 @@
 // The host device renders the images of the CPU, to the bit, for all settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
+#include "tests/device/caster_scene.h"
 #include "tests/device/tested_device.h"
 #include "tests/integrator/wax_scene.h"
 #include "tests/session/mixed_scene.h"
@@ -99,6 +100,18 @@ TEST(DeviceRenders, GuidedScattering) {
   ASSERT_TRUE(outcome.ok());
   EXPECT_GT(outcome.value().statistics.guiding.volume_regions, 0) << "no guide, so nothing is tested";
   expect_same_on_device(*world, settings, wax_camera(kSize));
+}
+
+TEST(DeviceRenders, GuidingToCaustics) {
+  const auto world = caster_world(false);
+  RenderSettings settings = small_render(kSize, 8);
+  settings.guiding = Guiding::on;
+  settings.training_paths = 20000;
+  const Camera camera(SceneCamera{}, look_at(V3f(0, 1.5f, 6), V3f(0.0f)), kSize);
+  const Result<RenderOutcome> outcome = render(*world, camera, settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.caustic_regions, 0) << "no guide, so nothing is tested";
+  expect_same_on_device(*world, settings, camera);
 }
 
 TEST(DeviceRenders, WhittedTrees) {

@@ -103,6 +103,8 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                      {"predicted", g.predicted},
                      {"predicted_lights", g.predicted_lights},
                      {"volume_regions", g.volume_regions},
+                     {"caustic_regions", g.caustic_regions},
+                     {"caustic_share", g.caustic_share},
                      {"training_paths", g.paths},
                      {"training_rays", g.rays.total()}};
   json["light_paths"] = light_paths_json(s.light_paths);

@@ -25,6 +25,7 @@ struct DeviceScene {
   BrightPatches patches;
   LightSelectionTreeView light_probabilities;
   VolumeGuideView volumes;
+  CausticGuideView caustics;
   LightPathStages light_paths; // if stages.light_paths is set
   PathStages stages;           // of the path tracer
   WhittedShader shader;        // of the Whitted tracer

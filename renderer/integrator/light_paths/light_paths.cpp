@@ -173,6 +173,7 @@ bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit,
                         .power = path.throughput * (rest.area_ratio / (eta * eta * cosine * photons_per_pass *
                                                                        static_cast<float>(samples_per_map))),
                         .density = path.emitted.density,
+                        .distance_m = hit.t,
                         .time = ray.time,
                         .medium = path.in_medium ? path.material : Photon::kNoMedium,
                         .diffuse = path.diffuse_bounces,
@@ -206,6 +207,7 @@ float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& sur
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
                     -joint.direction);
   if (stages.patches) guided.guide_to(*stages.patches, seen.surface.position);
+  if (stages.caustics) guided.guide_to(*stages.caustics, seen.surface.position);
   // The density of a cosine lobe over that of the directions that the guide chooses.
   const V3f to_light = -ray.direction;
   const float cosine_over_density = std::abs(seen.frame.to_local(to_light).z) * kInvPi / guided.eval(to_light).pdf;

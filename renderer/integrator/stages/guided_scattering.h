@@ -6,6 +6,7 @@
 #include "renderer/base/hash.h"
 #include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/guiding/bright_patches.h"
+#include "renderer/guiding/caustic_guide.h"
 
 #include <bit>
 #include <cassert>
@@ -35,6 +36,20 @@ class GuidedBsdf {
     if (!(allowed_ * chances_.sum > kMinFraction)) return;
     patches_ = &patches;
     position_ = position;
+    guided_ = chances_.sum;
+  }
+
+  // The same for the directions of caustics, after bright patches.
+  void guide_to(const CausticGuideView& caustics, const V3f& position) {
+    const CausticGuideView::Region* const region = caustics.find(position);
+    if (region == nullptr) return;
+    if (!patches_) find_allowed();
+    if (!(allowed_ > kMinFraction)) return;
+    const float patches_sum = patches_ ? chances_.sum : 0.0f;
+    caustics.find_chances(*region, position, frame_.normal, kMostCaustics * (1.0f - patches_sum), lobes_);
+    if (!(allowed_ * lobes_.sum > kMinFraction)) return;
+    guided_ = patches_sum + lobes_.sum;
+    has_lobes_ = true;
   }
 
   // Computes how much of the BSDF a guide may replace. Called by guide_to(), and when paths are
@@ -49,7 +64,7 @@ class GuidedBsdf {
   [[nodiscard]] BsdfEval eval(const V3f& wi) const {
     const V3f local = frame_.to_local(wi);
     BsdfEval eval = bsdf_.eval(local);
-    if (patches_ && eval.pdf > 0.0f) eval.pdf = mixed(eval.pdf, local.z, wi);
+    if (is_guided() && eval.pdf > 0.0f) eval.pdf = mixed(eval.pdf, local.z, wi);
     return eval;
   }
 
@@ -63,7 +78,7 @@ class GuidedBsdf {
   };
   [[nodiscard]] std::optional<Sample> sample(float u_lobe, const V2f& u) const {
     assert(u_lobe >= 0.0f && u_lobe < 1.0f);
-    if (!patches_) {
+    if (!is_guided()) {
       const std::optional<BsdfSample> s = bsdf_.sample(u_lobe, u);
       if (!s) return std::nullopt;
       return Sample{frame_.to_world(s->wi), s->weight, s->pdf, s->pdf, s->wi.z, s->lobe};
@@ -71,10 +86,10 @@ class GuidedBsdf {
     // u_lobe selects the guide, then what it leaves of the visible normals, then what it leaves of
     // the cosine lobe.
     const float glossy = bsdf_.cosine_begin();
-    const float guided = chances_.sum * allowed_;
-    if (u_lobe < guided) return sample_guide(u_lobe / guided, u);
-    const float rest_glossy = glossy * (1.0f - chances_.sum * width_);
-    const float rest_cosine = (1.0f - glossy) * (1.0f - chances_.sum);
+    const float guided = guided_ * allowed_;
+    if (u_lobe < guided) return sample_guide(u_lobe / allowed_, u);
+    const float rest_glossy = glossy * (1.0f - guided_ * width_);
+    const float rest_cosine = (1.0f - glossy) * (1.0f - guided_);
     const float rest = u_lobe - guided;
     const float u_bsdf = rest < rest_glossy ? rest / rest_glossy * glossy // rescaled to the BSDF's own choice of lobes
                                             : glossy + (rest - rest_glossy) / rest_cosine * (1.0f - glossy);
@@ -94,20 +109,36 @@ class GuidedBsdf {
     return cosine_lobe + width_ * std::max(bsdf_pdf - cosine_lobe, 0.0f);
   }
   [[nodiscard]] float allowed() const { return allowed_; }
+  // Returns the density that a sampled direction would have if no directions of caustics were known.
+  [[nodiscard]] float without_caustics(const Sample& sampled) const {
+    if (!has_lobes_) return sampled.pdf;
+    const float density = patches_ ? patches_->density(chances_, position_, sampled.wi) : 0.0f;
+    return sampled.bsdf_pdf - (guided_ - lobes_.sum) * replaceable(sampled.bsdf_pdf, sampled.cosine) +
+           allowed_ * density;
+  }
 
  private:
   static constexpr float kNarrow = 0.1f;       // alpha below which the visible normals are not guided
   static constexpr float kWide = 0.3f;         // alpha above which they are guided like the cosine lobe
+  static constexpr float kMostCaustics = 0.5f; // of what patches leave
   static constexpr float kMinFraction = 0.02f; // guided fraction below which guiding is not worth its time
 
   [[nodiscard]] float mixed(float bsdf_pdf, float cosine, const V3f& wi) const {
-    assert(patches_ && bsdf_pdf > 0.0f);
-    return bsdf_pdf - chances_.sum * replaceable(bsdf_pdf, cosine) +
-           allowed_ * patches_->density(chances_, position_, wi);
+    assert(is_guided() && bsdf_pdf > 0.0f);
+    float density = patches_ ? patches_->density(chances_, position_, wi) : 0.0f;
+    if (has_lobes_) density += CausticGuideView::density(lobes_, wi);
+    return bsdf_pdf - guided_ * replaceable(bsdf_pdf, cosine) + allowed_ * density;
   }
-  // Samples the guide. The direction counts for the lobe that would have found it.
-  [[nodiscard]] std::optional<Sample> sample_guide(float u_patch, const V2f& u) const {
-    const std::optional<V3f> wi = patches_->sample(chances_, position_, u_patch, u);
+  [[nodiscard]] bool is_guided() const { return patches_ != nullptr || has_lobes_; }
+  // Samples the guide; u_guide is in [0, guided_). The direction counts for the lobe that would have
+  // found it.
+  [[nodiscard]] std::optional<Sample> sample_guide(float u_guide, const V2f& u) const {
+    std::optional<V3f> wi;
+    const float to_lobes = has_lobes_ ? lobes_.sum : 0.0f;
+    if (u_guide < to_lobes)
+      wi = CausticGuideView::sample(lobes_, u_guide / to_lobes, u);
+    else if (patches_)
+      wi = patches_->sample(chances_, position_, std::min((u_guide - to_lobes) / chances_.sum, kOneMinusEpsilon), u);
     if (!wi) return std::nullopt;
     const V3f local = frame_.to_local(*wi);
     const BsdfEval eval = bsdf_.eval(local);
@@ -134,7 +165,10 @@ class GuidedBsdf {
   V3f position_{0.0f};
   float width_ = 0.0f;   // fraction of the visible normals that may be guided
   float allowed_ = 0.0f; // the same of all directions
+  float guided_ = 0.0f;  // fraction of the allowed directions that the guide chooses
+  bool has_lobes_ = false;
   BrightPatches::Chances chances_;
+  CausticGuideView::Chances lobes_;
 };
 
 } // namespace kindling

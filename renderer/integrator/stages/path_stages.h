@@ -5,6 +5,7 @@
 #include "renderer/camera/camera.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/guiding/bright_patches.h"
+#include "renderer/guiding/caustic_guide.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/integrator_settings.h"
@@ -247,6 +248,7 @@ struct PathStages {
   const CameraView* camera = nullptr;
   const BrightPatches* patches = nullptr;                      // null: directions are not guided
   const LightSelectionTreeView* light_probabilities = nullptr; // null: not learned
+  const CausticGuideView* caustics = nullptr;                  // null: no directions of caustics are known
   const VolumeGuideView* volumes = nullptr;                    // null: scattering in media is not guided
   const LightPathView* light_paths = nullptr;                  // null: none are traced
 };

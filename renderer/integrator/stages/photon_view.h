@@ -23,6 +23,7 @@ struct Photon {
   // Times the area of the surface at rest over that at the photon's time.
   Rgb power;
   float density = 0.0f;     // EmittedRay::density, for the weight
+  float distance_m = 0.0f;  // to the surface that it came from, where that is at its time
   float time = 0.0f;        // of the shutter, in [0, 1]
   uint32_t medium = 0;      // material of the medium around it, or kNoMedium
   uint8_t diffuse = 0;      // bounces on its way by kind, without the one nearest to the light

@@ -77,6 +77,7 @@ template <typename Lights, typename Sink>
   const PathState& state = path.state;
   const bool reflects = !state.emission_only;
   if (patches) vertex.bsdf.guide_to(*patches, surface.position);
+  if (caustics) vertex.bsdf.guide_to(*caustics, surface.position);
   if (sink.records()) vertex.bsdf.find_allowed();
   if (reflects) {
     const auto count = static_cast<uint32_t>(lights.size());

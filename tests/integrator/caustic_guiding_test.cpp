@@ -1,0 +1,161 @@
+// Bounces guided to caustics: their mean with any guide, their noise with learned ones, and records.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/light_paths/caustic_photons.h"
+#include "renderer/session/prepare/train_guide.h"
+#include "tests/integrator/guided_mean.h"
+#include "tests/integrator/place_light.h"
+#include "tests/light/light_fixtures.h"
+#include "tests/session/same_bits.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+namespace kindling::test {
+namespace {
+
+constexpr V2i kSize(24, 24);
+
+// A glass sphere of 1 m over a floor, which a small lamp lights through it; `lamp_m`: its radius.
+std::unique_ptr<const World> sphere_under_a_lamp(float lamp_m, float roughness = 0.0f) {
+  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass_material(roughness)},
+                           {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), sphere(V3f(0, 1.4f, 0), 1.0f, 32, 1)});
+  PunctualLight lamp;
+  lamp.kind = PunctualLight::Kind::point;
+  lamp.intensity = 60.0f;
+  lamp.radius_m = lamp_m;
+  place_light(scene, lamp, look_at(V3f(0.5f, 5, 0.3f), V3f(0.0f)));
+  return make_world(std::move(scene), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.2f)));
+}
+// Sees the floor under the sphere.
+Camera floor_camera() { return Camera(SceneCamera{}, look_at(V3f(0, 1.5f, 4.5f), V3f(0, 0.1f, 0)), kSize); }
+
+// Caustics that have nothing to do with the scene's: on floor and sphere, from anywhere.
+Guide wild_caustics() {
+  std::vector<CausticRecord> records;
+  for (uint32_t i = 0; i < 20000; ++i) {
+    const auto random = [&](uint32_t salt) { return 2.0f * to_unit_float(hash_u32(i + salt)) - 1.0f; };
+    const V3f position(3.0f * random(0), i % 4 == 0 ? 0.1f * random(1U << 20) : 0.0f, 3.0f * random(2U << 20));
+    const V3f origin(random(3U << 20), 1.0f + random(4U << 20), position.x);
+    records.push_back({position, origin, 1.0f + random(5U << 20) * 0.9f});
+  }
+  Guide guide;
+  guide.caustics = CausticGuide(records, 2000, 0.1f);
+  EXPECT_GT(guide.caustics.regions.size(), 100U);
+  return guide;
+}
+
+TEST(CausticGuiding, ArbitraryGuidesKeepTheMean) {
+  Guide guide = wild_caustics();
+  for (const bool beside_patches : {false, true}) {
+    if (beside_patches) {
+      const BrightPatch patches[] = {{V3f(0.0f, 3.0f, 0.0f), V3f(1.0f, 0.0f, 1.0f), 3, 2.0f}};
+      guide.patches = BrightPatches(patches);
+    }
+    for (const float roughness : {0.0f, 0.3f}) {
+      const auto world = sphere_under_a_lamp(0.8f, roughness);
+      RenderSettings settings = small_render(kSize, 512);
+      settings.integrator.roulette_start_bounce = 3;
+      const Mean without = guided_mean(*world, floor_camera(), settings, nullptr);
+      settings.seed = 1;
+      const Mean with = guided_mean(*world, floor_camera(), settings, &guide);
+      const double error = std::hypot(with.standard_error, without.standard_error);
+      EXPECT_NEAR(with.luminance, without.luminance, 4.5 * error) << roughness << " " << beside_patches;
+      EXPECT_LT(error, 0.02 * with.luminance);
+      EXPECT_NE(with.luminance, without.luminance) << "the guide has no effect, so nothing is tested";
+    }
+  }
+}
+
+RenderSettings trained(Guiding guiding, uint32_t spp) {
+  RenderSettings settings = small_render(kSize, spp);
+  settings.guiding = guiding;
+  settings.training_paths = 40000;
+  settings.integrator.direct_samples = 1;
+  return settings;
+}
+
+// A learned guide keeps the mean and lowers the noise of a small lamp's caustic to a third.
+TEST(CausticGuiding, LearnedGuidesFindTheLamp) {
+  const auto world = sphere_under_a_lamp(0.25f);
+  const Mean off = render_mean(*world, floor_camera(), trained(Guiding::off, 1024));
+  RenderSettings settings = trained(Guiding::automatic, 1024);
+  settings.seed = 1;
+  const Result<RenderOutcome> outcome = render(*world, floor_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.caustic_regions, 0);
+  EXPECT_GT(outcome.value().statistics.guiding.caustic_share, 0.02);
+  const Mean on = mean_of(outcome.value().film);
+  EXPECT_NEAR(on.luminance, off.luminance, 4.5 * std::hypot(on.standard_error, off.standard_error));
+  EXPECT_LT(square(on.standard_error), square(off.standard_error) / 3.0);
+}
+
+// Neither where nothing focuses light nor beside other ways to caustics.
+TEST(CausticGuiding, IsLeftOutWhereItDoesNotPay) {
+  const auto regions = [](const World& world, const RenderSettings& settings) {
+    const Result<RenderOutcome> outcome = render(world, floor_camera(), settings, nullptr, nullptr);
+    EXPECT_TRUE(outcome.ok());
+    return outcome.value().statistics.guiding.caustic_regions;
+  };
+  Scene plain = make_scene({diffuse_material(Rgb(0.7f))},
+                           {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), sphere(V3f(0, 1.4f, 0), 1.0f, 32, 0)});
+  const auto dull = make_world(std::move(plain), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.5f)));
+  EXPECT_EQ(regions(*dull, trained(Guiding::on, 4)), 0);
+  const auto world = sphere_under_a_lamp(0.25f);
+  EXPECT_GT(regions(*world, trained(Guiding::on, 4)), 0);
+  RenderSettings other = trained(Guiding::on, 4);
+  other.integrator.light_paths = 0.25f;
+  EXPECT_EQ(regions(*world, other), 0);
+  other.integrator.light_paths = 0.0f;
+  other.integrator.photons = 0.25f;
+  EXPECT_EQ(regions(*world, other), 0);
+  other.integrator.photons = 0.0f;
+  other.integrator.caustics = Caustics::off;
+  EXPECT_EQ(regions(*world, other), 0);
+}
+
+TEST(CausticGuiding, RendersDoNotDependOnThreads) {
+  const auto world = sphere_under_a_lamp(0.25f);
+  RenderSettings settings = trained(Guiding::automatic, 4);
+  settings.threads = 1;
+  const Result<RenderOutcome> alone = render(*world, floor_camera(), settings, nullptr, nullptr);
+  settings.threads = 3;
+  const Result<RenderOutcome> together = render(*world, floor_camera(), settings, nullptr, nullptr);
+  ASSERT_TRUE(alone.ok() && together.ok());
+  EXPECT_GT(alone.value().statistics.guiding.caustic_regions, 0);
+  expect_same_bits(together.value().film, alone.value().film, "three threads");
+}
+
+std::vector<CausticRecord> photons_of(const World& world) {
+  RayCounters counters;
+  return trace_caustic_photons(world, floor_camera(), {{}, PixelFilter(), 0, 0, 20000}, {}, counters);
+}
+
+// Light comes from the sphere to the floor.
+TEST(CausticPhotons, ComeFromTheGlass) {
+  const std::vector<CausticRecord> records = photons_of(*sphere_under_a_lamp(0.25f));
+  ASSERT_GT(records.size(), 1000U);
+  for (const CausticRecord& record : records) {
+    ASSERT_NEAR((record.origin - V3f(0, 1.4f, 0)).length(), 1.0f, 0.02f); // of flat triangles
+    ASSERT_NEAR(record.position.y, 0.0f, 1e-5f);
+    ASSERT_GT(record.power, 0.0f);
+  }
+}
+
+// No direction leads to a point.
+TEST(CausticPhotons, NeedLightsWithASize) { EXPECT_TRUE(photons_of(*sphere_under_a_lamp(0.0f)).empty()); }
+
+TEST(CausticPhotons, DoNotDependOnThreads) {
+  const auto world = sphere_under_a_lamp(0.25f);
+  std::vector<CausticRecord> alone, together;
+  tbb::task_arena(1).execute([&] { alone = photons_of(*world); });
+  tbb::task_arena(3).execute([&] { together = photons_of(*world); });
+  ASSERT_EQ(alone.size(), together.size());
+  for (size_t i = 0; i < alone.size(); ++i) {
+    ASSERT_EQ(alone[i].position, together[i].position);
+    ASSERT_EQ(alone[i].power, together[i].power);
+  }
+}
+
+} // namespace
+} // namespace kindling::test
