@@ -50,7 +50,8 @@ class PathContext final : public ThreadContext {
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   LightPathContext light_paths;
   BatchPhotonMaps photon_maps; // of the batch's samples; empty: no photons
-  // The level of the batch, by which all its paths have their photon map; unset: each by its sample.
+  // The level of the batch, by which all its paths have their photon map; unset: each by its
+  // sample.
   std::optional<uint32_t> level;
   ShadeGroup group;
 };
