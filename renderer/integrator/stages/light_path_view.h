@@ -53,9 +53,9 @@ struct LightPathView {
   // Returns the same at a surface where photons are gathered within a radius.
   [[nodiscard]] float photon_ratio_scale(float radius2) const { return photons_per_pass * kPi * (kPi * radius2); }
 
-  // Returns how far the times of photons are at most from that of a path that gathers them, in units
-  // of the shutter interval, if something moves. It shrinks like the radius, so both blur the less
-  // the more samples there are.
+  // Returns how far the times of photons are at most from that of a path that gathers them, in
+  // units of the shutter interval, if something moves. It shrinks like the radius, so both blur the
+  // less the more samples there are.
   [[nodiscard]] float photon_time_span(uint32_t sample) const {
     constexpr float kFirst = 0.125f; // with the first map
     return kFirst * elementary::pow(samples_before_map(sample), -1.0f / 6.0f);
