@@ -52,6 +52,7 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                 .trims_outliers = settings.outliers == Outliers::trim,
                 .has_rates = settings.sample_rates != SampleRateKind::even,
                 .light_paths = light_paths ? settings.integrator.light_paths : 0.0f,
+                .outside = light_paths ? light_paths->outside : OutsidePixels{},
                 .filter = settings.filter});
   PlacedIntegrator placed;
   placed.use.name = device->name();
