@@ -54,7 +54,7 @@ void run_on(int threads, const Work& work) {
 }
 
 // Light paths are those of the whole image, whichever part of it is rendered: sets the pixels that
-// they reach, and says what a crop takes on.
+// they reach, and reports what a crop takes on.
 void set_crop(RenderSettings& settings, ProgressListener* listener) {
   if (settings.integrator.light_paths == 0.0f) return;
   const PixelRect crop = splat_area(settings), image{V2i(0, 0), settings.size_px};
