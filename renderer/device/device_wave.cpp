@@ -32,13 +32,13 @@ uint64_t common_wave_bytes(const WaveSetup& setup) {
       (aovs.needs_components() ? sizeof(ComponentSum) : 0) +
       (setup.trims_outliers ? sizeof(ColorSum) * (kOutlierBlocks - 1) : 0) + (setup.has_rates ? sizeof(WavePixel) : 0);
   const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
-  return setup.paths * (of_sample + of_pixel + of_block) + sizeof(WaveLosses);
+  return setup.paths * (of_sample + of_pixel + of_block) + sizeof(WaveRays<uint64_t>) + sizeof(WaveLosses);
 }
 
 DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces)
     : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), light_paths_(setup.light_paths),
-      samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_),
-      losses_(device, 1) {
+      outside_(setup.outside), samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0),
+      rays_(device, capacity_), losses_(device, 1) {
   assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
 
@@ -55,6 +55,9 @@ uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRan
   }
   if (count == 0) return 0;
   const SampleRange passes = light_path_passes(light_paths_, {samples.first, samples.first + count});
+  const OutsidePixels::Range outside =
+      light_paths_ > 0.0f ? outside_.share_of(block.min, kBlockSize) : OutsidePixels::Range{};
+  const uint64_t light_paths = passes.count() * (pixels + outside.count());
   blocks_.push_back({.corner = block.min,
                      .width = static_cast<uint32_t>(block.width()),
                      .height = static_cast<uint32_t>(block.height()),
@@ -63,12 +66,14 @@ uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRan
                      .first_sample = sample_count_,
                      .first_pixel = pixel_count_,
                      .first_light_path = light_path_count_,
+                     .first_outside = outside.first,
+                     .outside = outside.count(),
                      .first_pass = passes.first});
-  taken_.push_back({number, count, sum, passes.count() * pixels});
+  taken_.push_back({number, count, sum, light_paths});
   if (rates) plan_pixels(block, {samples.first, samples.first + count}, *rates);
   sample_count_ += static_cast<uint32_t>(sum);
   pixel_count_ += pixels;
-  light_path_count_ += passes.count() * pixels;
+  light_path_count_ += light_paths;
   return count;
 }
 
@@ -102,7 +107,7 @@ void DeviceWave::start(const Film& film, Wave& wave) {
                .components = components_.start(device_, aovs.needs_components() ? pixel_count_ : 0),
                .blocks = outlier_blocks_.start(
                    device_, film.trims_outliers() ? size_t{pixel_count_} * (kOutlierBlocks - 1) : 0)};
-  wave.block_rays = block_rays_.start(device_, blocks_.size()).data();
+  wave.block_rays = block_rays_.start(device_, blocks_.size() + 1).data();
   wave.losses = losses_.data();
 }
 
@@ -139,6 +144,10 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
     counters.whitted.reflection += rays.reflections;
     counters.whitted.transmission += rays.refractions;
   }
+  const WaveRays<uint64_t>& outside = block_rays_.here.back();
+  counters.bounce += outside.bounces;
+  counters.shadow += outside.shadows;
+  counters.outside += outside.bounces + outside.shadows;
   std::array<WaveLosses, 1> losses;
   losses_.download(losses);
   if (losses[0].count > 0) {
@@ -152,7 +161,8 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
   blocks_.clear();
   pixels_.clear();
   taken_.clear();
-  sample_count_ = pixel_count_ = light_path_count_ = 0;
+  sample_count_ = pixel_count_ = 0;
+  light_path_count_ = 0;
 }
 
 } // namespace kindling

@@ -6,6 +6,7 @@
 #include "renderer/device/kernels/wave.h"
 #include "renderer/device/tile_pager.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/stages/outside_pixels.h"
 #include "renderer/sampling/pixel_filter.h"
 
 #include <cstddef>
@@ -25,6 +26,7 @@ struct WaveSetup {
   bool trims_outliers = false;
   bool has_rates = false;             // sample rates
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
+  OutsidePixels outside;              // of the crop: theirs are traced, too
   PixelFilter filter = PixelFilter(); // of the light that they bring
   PhotonSource* photons = nullptr;    // null: none are gathered
   TilePager* pager = nullptr;         // null: all texels are in memory
@@ -76,7 +78,7 @@ class DeviceWave : public ThreadContext {
   // Returns the index in its pixel of a sample of the wave, the first one, or its level.
   [[nodiscard]] uint32_t first_sample() const { return blocks_.front().first_index; }
   [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
-  [[nodiscard]] uint32_t light_path_count() const { return light_path_count_; }
+  [[nodiscard]] uint64_t light_path_count() const { return light_path_count_; }
 
  private:
   // Sums of pixels or blocks, on the device and here.
@@ -100,7 +102,7 @@ class DeviceWave : public ThreadContext {
     size_t number = 0;    // of the block in the caller's list
     uint32_t levels = 0;  // or samples of each pixel
     uint64_t samples = 0; // of all pixels
-    uint32_t light_paths = 0;
+    uint64_t light_paths = 0;
   };
 
   void plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates);
@@ -110,7 +112,9 @@ class DeviceWave : public ThreadContext {
   TilePager* pager_;
   uint32_t capacity_;
   float light_paths_; // fraction
-  uint32_t sample_count_ = 0, pixel_count_ = 0, light_path_count_ = 0;
+  OutsidePixels outside_;
+  uint32_t sample_count_ = 0, pixel_count_ = 0;
+  uint64_t light_path_count_ = 0;
   std::vector<WaveBlock> blocks_;
   std::vector<WavePixel> pixels_; // empty without rates
   std::vector<Taken> taken_;      // by block

@@ -93,9 +93,10 @@ bool PathWaveRunner::run(const Film& film) {
   found_.clear();
   if (!take_photons() || !follow_camera_paths()) return false;
   launch(Kernel::finish_pixel, wave_, pixel_count());
-  const uint32_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
-  for (uint32_t first = 0; first < light_paths; first += capacity())
-    if (!follow_light_paths(first, std::min(capacity(), light_paths - first))) return false;
+  const uint64_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
+  for (uint64_t first = 0; first < light_paths; first += capacity())
+    if (!follow_light_paths(first, static_cast<uint32_t>(std::min<uint64_t>(capacity(), light_paths - first))))
+      return false;
   download_sums();
   return !abandoned();
 }
@@ -114,7 +115,7 @@ bool PathWaveRunner::follow_camera_paths() {
   return true;
 }
 
-bool PathWaveRunner::follow_light_paths(uint32_t first, uint32_t count) {
+bool PathWaveRunner::follow_light_paths(uint64_t first, uint32_t count) {
   wave_.first_light_path = first;
   queue_counts_.clear(1);
   launch(Kernel::begin_light_path, wave_, count);

@@ -37,7 +37,7 @@ class PathWaveRunner final : public DeviceWave {
   // Return false if the render was abandoned.
   [[nodiscard]] bool take_photons(); // of the samples of the wave
   [[nodiscard]] bool follow_camera_paths();
-  [[nodiscard]] bool follow_light_paths(uint32_t first, uint32_t count); // of those of the wave
+  [[nodiscard]] bool follow_light_paths(uint64_t first, uint32_t count); // of those of the wave
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 

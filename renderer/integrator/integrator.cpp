@@ -57,6 +57,7 @@ void RayCounters::add(const RayCounters& other) {
   shadow += other.shadow;
   photon += other.photon;
   paths += other.paths;
+  outside += other.outside;
   whitted.reflection += other.whitted.reflection;
   whitted.transmission += other.whitted.transmission;
   whitted.cache_hits += other.whitted.cache_hits;
@@ -75,11 +76,12 @@ void RayCounters::add_non_finite(const V2i& pixel, uint32_t sample_index) {
 }
 
 void Integrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
+  const auto rays_inside = [&context] { return context.counters.total() - context.counters.outside; };
   for (BlockWork& block : work) {
-    const uint64_t rays_before = context.counters.total();
+    const uint64_t rays_before = rays_inside();
     block.added = block.rates ? render_levels(block.block, block.samples, *block.rates, context, film)
                               : render_block(block.block, block.samples, context, film);
-    block.rays = context.counters.total() - rays_before;
+    block.rays = rays_inside() - rays_before;
   }
 }
 

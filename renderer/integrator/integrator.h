@@ -33,6 +33,7 @@ struct RayCounters {
   uint64_t shadow = 0;
   uint64_t photon = 0; // of light paths to photon maps; not in total(), since any thread may trace them
   uint64_t paths = 0;
+  uint64_t outside = 0; // of total(): rays of light paths that belong to pixels outside of the crop
   WhittedCounters whitted;
   uint64_t non_finite = 0;                                  // samples dropped because their radiance was not finite
   std::optional<std::pair<V2i, uint32_t>> first_non_finite; // pixel and sample index, the smallest seen
@@ -80,7 +81,7 @@ struct BlockWork {
   // Null: each pixel has the same samples. Path tracers alone support others.
   const SampleRates* rates = nullptr;
   uint32_t added = 0; // samples of each pixel, or levels, that were added to the film, the first ones
-  uint64_t rays = 0;  // traced for them
+  uint64_t rays = 0;  // traced for them, without RayCounters::outside
 };
 
 // An integrator is immutable and shared by all threads. References given at construction must

@@ -54,7 +54,10 @@ struct IntegratorSettings {
   std::optional<Rgb> background;       // seen by camera rays in place of the environment, alpha 1
   bool transparent_background = false; // camera rays that leave give alpha 0
   float light_paths = 0.0f; // fraction of the samples that have a light path (LightPaths); IntegratorKind::path alone
-  float photons = 0.0f;     // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
+  // The pixels that are rendered, from the first up to the last, which is left out; the same: all.
+  // Light paths are those of the whole image, and are joined to the camera for these pixels alone.
+  V2i crop_min{0}, crop_end{0};
+  float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
   LightGrouping light_groups = LightGrouping::off; // sums of the film by light group; IntegratorKind::path alone
   uint32_t batch_size = 256;                       // path states that a thread advances together, a multiple of 64
   WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above

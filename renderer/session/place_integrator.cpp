@@ -60,6 +60,7 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                 .trims_outliers = settings.outliers == Outliers::trim,
                 .has_rates = settings.sample_rates != SampleRateKind::even,
                 .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,
+                .outside = beside != nullptr ? beside->outside : OutsidePixels{},
                 .filter = settings.filter},
       std::move(photons));
   PlacedIntegrator placed;

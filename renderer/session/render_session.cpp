@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
 #include <utility>
 
 namespace kindling {
@@ -50,6 +51,23 @@ void run_on(int threads, const Work& work) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(std::max(threads, tbb::info::default_concurrency())));
   tbb::task_arena(threads).execute(work);
+}
+
+// Light paths are those of the whole image, whichever part of it is rendered: sets the pixels that
+// they reach, and reports what a crop takes on.
+void set_crop(RenderSettings& settings, ProgressListener* listener) {
+  if (settings.integrator.light_paths == 0.0f) return;
+  const PixelRect crop = splat_area(settings), image{V2i(0, 0), settings.size_px};
+  settings.integrator.crop_min = crop.min;
+  settings.integrator.crop_end = crop.max;
+  if (crop == image || listener == nullptr) return;
+  const double paths = static_cast<double>(settings.integrator.light_paths) * static_cast<double>(image.pixel_count()) /
+                       static_cast<double>(crop.pixel_count());
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "the crop has the light paths of the whole image: %.3g for each sample of a pixel, in place of %.3g",
+                paths, static_cast<double>(settings.integrator.light_paths));
+  listener->on_info(text.data());
 }
 
 // Returns the minimum sample count of the blocks that lack samples.
@@ -181,6 +199,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
     state = empty_state(settings, std::move(groups.value().names));
   else if (leaves_light_paths_open(before_pilots))
     state->film = empty_state(settings, std::move(groups.value().names)).film; // it has no samples
+  set_crop(settings, listener);
   RenderStatistics statistics;
   note_prepared(prepared, before_pilots, statistics, state->work);
   if (max_training_s(settings) && training_paths(settings) > 0)

@@ -185,7 +185,7 @@ TEST(ChooseLightPaths, StoppedPilotsChooseLater) {
   expect_same_bits(outcome.film, render_open(*world, open_settings()).film, "a render that began again");
 }
 
-TEST(ChooseLightPaths, AreOffWithClampsAndCrops) {
+TEST(ChooseLightPaths, AreOffWithWhatTheyDoNotWorkWith) {
   const auto world = glass_world(accel::Kind::kdtree);
   const auto expect_none = [&](const char* words, void (*change)(RenderSettings&)) {
     RenderSettings settings = open_settings(2);
@@ -204,7 +204,22 @@ TEST(ChooseLightPaths, AreOffWithClampsAndCrops) {
   };
   expect_none("not with --clamp-indirect", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
   expect_none("with --outliers trim", [](RenderSettings& s) { s.outliers = Outliers::trim; });
-  expect_none("a crop has those", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(30, 28)}; });
+  expect_none("not with --photons", [](RenderSettings& s) { s.integrator.photons = 0.1f; });
+  expect_none("not with --noise-threshold", [](RenderSettings& s) {
+    s.adaptive.noise_threshold = 0.1;
+    s.aovs.insert(Aov::samples);
+  });
+}
+
+TEST(ChooseLightPaths, CropsHaveThePixelsOfTheWholeImage) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = open_settings();
+  const RenderOutcome whole = render_open(*world, settings);
+  ASSERT_GT(whole.statistics.light_paths.fraction, 0.0f);
+  settings.crop = PixelRect{V2i(5, 3), V2i(30, 28)};
+  const RenderOutcome crop = render_open(*world, settings);
+  EXPECT_EQ(crop.statistics.light_paths.predicted, whole.statistics.light_paths.predicted);
+  expect_same_bits(crop.film, whole.film, "a crop");
 }
 
 TEST(ChooseLightPaths, DevicesHaveTheChoiceOfTheCpu) {

@@ -48,6 +48,16 @@ TEST(LightPathRender, KeepsItsBitsWithAnyThreadsTilesAndPartsOfTheSamples) {
   expect_same_bits(sum, whole, "parts of the samples");
 }
 
+// Returns the number of light paths whose light a film has.
+uint64_t splat_paths(const Film& film) {
+  const auto plane = plane_bytes_of(film, "splats");
+  uint64_t paths = 0;
+  for (const SplatSum& splat :
+       std::span(reinterpret_cast<const SplatSum*>(plane.data()), plane.size() / sizeof(SplatSum)))
+    paths += splat.paths;
+  return paths;
+}
+
 // A part of the image has the light that its paths bring to all pixels.
 TEST(LightPathRender, PartsOfTheImageAddUp) {
   const auto world = glass_world(accel::Kind::kdtree);
@@ -64,6 +74,61 @@ TEST(LightPathRender, PartsOfTheImageAddUp) {
     sum.add(part);
   }
   expect_same_bits(sum, whole, "parts of the image");
+}
+
+// The pixels of a crop have the light of all light paths, also of those that begin outside of it.
+TEST(LightPathRender, CropsHaveThePixelsOfTheWholeImage) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = glass_settings();
+  divide_light(settings);
+  const Film whole = rendered(*world, settings).film;
+  for (const PixelRect& crop :
+       {PixelRect{V2i(3, 2), V2i(38, 27)}, PixelRect{V2i(0, 13), V2i(40, 21)}, PixelRect{V2i(16, 16), V2i(17, 17)}}) {
+    const std::string name = "a crop from " + std::to_string(crop.min.x) + "," + std::to_string(crop.min.y);
+    settings.crop = crop;
+    settings.threads = crop.min.x == 0 ? 1 : 3;
+    settings.integrator.batch_size = crop.min.x == 3 ? 64 : 256;
+    const RenderOutcome outcome = rendered(*world, settings);
+    expect_same_bits(outcome.film, whole, name);
+    EXPECT_EQ(splat_paths(outcome.film), splat_paths(whole)) << name;
+    EXPECT_GT(outcome.statistics.rays.outside, 0U);
+    EXPECT_LT(outcome.statistics.rays.outside, outcome.statistics.rays.total());
+    settings.device = DeviceKind::host;
+    settings.integrator.light_groups = LightGrouping::off;
+    settings.aovs = glass_settings().aovs;
+    const RenderOutcome on_device = rendered(*world, settings);
+    EXPECT_EQ(on_device.film.resolve(Aov::beauty), outcome.film.resolve(Aov::beauty)) << name;
+    EXPECT_EQ(on_device.statistics.rays.outside, outcome.statistics.rays.outside) << name;
+    settings.device = DeviceKind::cpu;
+    divide_light(settings);
+  }
+}
+
+// Sample rates differ from pixel to pixel; light paths go by levels.
+TEST(LightPathRender, CropsWithSampleRatesHaveThePixelsOfTheWholeImage) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = glass_settings();
+  settings.sample_rates = SampleRateKind::noise;
+  settings.min_rates_gain = 0.0;
+  settings.aovs.insert(Aov::samples);
+  const Film whole = rendered(*world, settings).film;
+  settings.crop = PixelRect{V2i(5, 3), V2i(30, 28)};
+  expect_same_bits(rendered(*world, settings).film, whole, "a crop");
+}
+
+// Blocks stop by their own samples. The rays of other pixels' light paths must not count for that.
+TEST(LightPathRender, CropsStopWhereTheWholeImageDoes) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = glass_settings();
+  settings.samples_per_pixel = 64;
+  settings.adaptive = {.noise_threshold = 0.1, .min_samples_per_pixel = 16};
+  settings.aovs.insert(Aov::samples);
+  const Film whole = rendered(*world, settings).film;
+  settings.crop = PixelRect{V2i(8, 8), V2i(32, 24)};
+  const Film crop = rendered(*world, settings).film;
+  EXPECT_EQ(crop.resolve(Aov::samples), whole.cut(*settings.crop).resolve(Aov::samples));
+  const std::vector<float> samples = whole.resolve(Aov::samples);
+  EXPECT_NE(std::count(samples.begin(), samples.end(), samples[0]), static_cast<ptrdiff_t>(samples.size()));
 }
 
 TEST(LightPathRender, PartsOfTheLightSumToTheBeautyWhichIsUnchanged) {

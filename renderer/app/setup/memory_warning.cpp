@@ -6,6 +6,7 @@
 #include "renderer/app/terminal/process_info.h"
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
+#include "renderer/session/prepare/choose_light_paths.h"
 #include "renderer/world/light_groups.h"
 
 #include <tbb/task_arena.h>
@@ -61,6 +62,11 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
                                                                                 : options.integrator.direct_samples);
   add_parts_of_light(options, scene.scene, image.posed, request);
+  // Whatever the camera is: one that light paths do not work with is rare.
+  if (options.chooses_light_paths && options.integrator.light_paths == 0.0f &&
+      !why_no_light_paths(to_render_settings(options, image.size_px), Camera(SceneCamera{}, M44f(), image.size_px))
+           .empty())
+    request.light_paths = false;
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;

@@ -19,15 +19,24 @@ namespace kindling::kernels {
 // its hits.
 inline void begin_light_path(const PathWave& wave, uint32_t slot) {
   const LightPathStages& stages = wave.scene->light_paths;
-  const uint32_t number = wave.first_light_path + slot;
+  const uint64_t number = wave.first_light_path + slot;
   WaveLightPath& path = wave.light_paths[slot];
   path.block = block_of<&WaveBlock::first_light_path>(wave, number);
   const WaveBlock& block = wave.blocks[path.block];
-  const uint32_t within = number - block.first_light_path, pixels = block.width * block.height;
-  const uint32_t pixel = within % pixels;
-  const V2i at = block.corner + V2i(static_cast<int>(pixel % block.width), static_cast<int>(pixel / block.width));
-  if (stages.start(stages.number_of(at, block.first_pass + within / pixels), path.state, wave.path_rays[slot]))
-    wave.next.append(slot);
+  const uint64_t within = number - block.first_light_path, pixels = uint64_t{block.width} * block.height;
+  const uint64_t of_pass = pixels + block.outside;
+  const uint32_t pass = block.first_pass + static_cast<uint32_t>(within / of_pass);
+  const uint64_t pixel = within % of_pass;
+  uint64_t path_number = 0;
+  if (pixel < pixels) {
+    const auto at = static_cast<uint32_t>(pixel);
+    path_number = stages.number_of(
+        block.corner + V2i(static_cast<int>(at % block.width), static_cast<int>(at / block.width)), pass);
+  } else {
+    path.block = static_cast<uint32_t>(wave.blocks.size());
+    path_number = stages.number_at(stages.outside.index_at(block.first_outside + (pixel - pixels)), pass);
+  }
+  if (stages.start(path_number, path.state, wave.path_rays[slot])) wave.next.append(slot);
 }
 
 // Moves an active light path on from its hit, and joins it to the camera there.

@@ -35,7 +35,7 @@ struct WaveShadow {
 // A light path.
 struct WaveLightPath {
   LightPathState state;
-  uint32_t block = 0; // of the samples that it belongs to
+  uint32_t block = 0; // of the samples that it belongs to; the number of blocks if its pixel is outside of the crop
 };
 
 // Light that a light path brings to the image.
@@ -62,7 +62,7 @@ struct PathWave : Wave {
   uint32_t map_sample = 0; // PathInFlight::map_sample
   // Light paths follow those of the camera, in rounds, and take over their rays, hits and queues.
   // The shadow rays are those of the camera to the ends of light paths then.
-  uint32_t first_light_path = 0;        // of the round, among those of the wave
+  uint64_t first_light_path = 0;        // of the round, among those of the wave
   WaveLightPath* light_paths = nullptr; // of the round
   WaveSplat* splats = nullptr;          // by shadow ray
 };

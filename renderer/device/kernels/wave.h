@@ -22,8 +22,10 @@ struct WaveBlock {
   uint32_t samples = 0;     // of each pixel; 0: see Wave::pixels
   uint32_t first_sample = 0;
   uint32_t first_pixel = 0;
-  // Its light paths: all pixels of a pass, row by row, then those of the next pass.
-  uint32_t first_light_path = 0;
+  // Its light paths: all pixels of a pass, row by row, and its share of those outside of the crop
+  // (OutsidePixels), then those of the next pass.
+  uint64_t first_light_path = 0;
+  uint64_t first_outside = 0, outside = 0; // number of the first pixel outside, and how many there are
   uint32_t first_pass = 0;
 };
 
@@ -66,8 +68,8 @@ struct Wave {
   CameraSample* samples = nullptr;
   FilmSurface* surfaces = nullptr; // by sample; null if no AOV needs it
   WaveRays<uint32_t>* rays = nullptr;
-  FilmView film; // by pixel
-  WaveRays<uint64_t>* block_rays = nullptr;
+  FilmView film;                            // by pixel
+  WaveRays<uint64_t>* block_rays = nullptr; // one more than there are blocks, for light paths of pixels outside
   WaveLosses* losses = nullptr;
   WaveTiles tiles;
 };

@@ -9,9 +9,10 @@
 
 namespace kindling::kernels {
 
-// Returns the index of the block in which `number` lies, a sample or a pixel by kFirst.
-template <uint32_t WaveBlock::*kFirst>
-[[nodiscard]] inline uint32_t block_of(const Wave& wave, uint32_t number) {
+// Returns the index of the block in which `number` lies, a sample, a pixel or a light path by
+// kFirst.
+template <auto kFirst, typename Number>
+[[nodiscard]] inline uint32_t block_of(const Wave& wave, Number number) {
   uint32_t first = 0, last = static_cast<uint32_t>(wave.blocks.size());
   while (last - first > 1) {
     const uint32_t middle = (first + last) / 2;

@@ -49,6 +49,10 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   world = &whole_world;
   camera = &seen_by;
   filter_width = filter.width();
+  const bool cropped = settings.crop_min != settings.crop_end;
+  outside = {.size_px = seen_by.size_px(),
+             .crop_min = settings.crop_min,
+             .crop_end = cropped ? settings.crop_end : settings.crop_min + seen_by.size_px()};
   seed = render_seed;
 }
 
@@ -74,11 +78,15 @@ void LightPaths::start_path(uint64_t number, LightPathContext& context) const {
   context.rays.push_back(ray);
 }
 
-void LightPaths::clear(LightPathContext& context) {
+void LightPaths::clear_paths(LightPathContext& context) {
   context.paths.clear();
   context.arriving.clear();
   context.active.clear();
   context.rays.clear();
+}
+
+void LightPaths::clear(LightPathContext& context) {
+  clear_paths(context);
   context.found.clear();
   context.path_count = 0;
 }
@@ -88,8 +96,28 @@ void LightPaths::trace(const PathStages& stages, const PixelRect& block, const S
   clear(context);
   const SampleRange passes = light_path_passes(fraction_, samples);
   for (uint32_t pass = passes.first; pass < passes.end; ++pass) start_block(block, pass, context);
-  context.path_count = passes.count() * static_cast<uint64_t>(block.pixel_count());
   follow(stages, context, counters);
+  const OutsidePixels::Range share = outside.share_of(block.min, kBlockSize);
+  context.path_count = passes.count() * (static_cast<uint64_t>(block.pixel_count()) + share.count());
+  if (share.count() == 0) return;
+  RayCounters rays;
+  for (uint32_t pass = passes.first; pass < passes.end; ++pass) trace_outside(stages, share, pass, context, rays);
+  rays.outside = rays.total();
+  counters.add(rays);
+}
+
+// A block's share may have far more paths than the block has samples, so a thread traces some of
+// them at a time.
+void LightPaths::trace_outside(const PathStages& stages, const OutsidePixels::Range& share, uint32_t pass,
+                               LightPathContext& context, RayCounters& counters) const {
+  constexpr uint64_t kTogether = 4 * kBlockSize * kBlockSize;
+  for (uint64_t first = share.first; first < share.end && !world_.abandoned(); first += kTogether) {
+    clear_paths(context);
+    const uint64_t end = std::min(first + kTogether, share.end);
+    for (uint64_t number = first; number < end; ++number)
+      start_path(number_at(outside.index_at(number), pass), context);
+    follow(stages, context, counters);
+  }
 }
 
 void LightPaths::trace_numbers(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,

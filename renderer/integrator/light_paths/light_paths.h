@@ -60,8 +60,9 @@ class LightPaths : public LightPathStages {
 
   // False if no light reaches a caster: there is nothing to trace.
   [[nodiscard]] bool useful() const { return !emission.empty(); }
-  // Traces the light paths of these samples; then add_to() adds what they found to the film.
-  // `stages` are those of the camera's paths.
+  // Traces the light paths of these samples of a block, and of its share of the pixels outside of
+  // the crop; then add_to() adds what they found to the film. `stages` are those of the camera's
+  // paths.
   void trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples, LightPathContext& context,
              RayCounters& counters) const;
   void add_to(const PixelRect& block, const LightPathContext& context, Film& film) const;
@@ -75,9 +76,12 @@ class LightPaths : public LightPathStages {
                      RayCounters& counters) const;
 
  private:
+  static void clear_paths(LightPathContext& context);
   static void clear(LightPathContext& context);
   void start_block(const PixelRect& block, uint32_t pass, LightPathContext& context) const;
   void start_path(uint64_t number, LightPathContext& context) const;
+  void trace_outside(const PathStages& stages, const OutsidePixels::Range& share, uint32_t pass,
+                     LightPathContext& context, RayCounters& counters) const;
   void follow(const PathStages& stages, LightPathContext& context, RayCounters& counters) const;
   // Moves a path on from its hit. True if it continues with the ray that replaces `ray`.
   bool scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,

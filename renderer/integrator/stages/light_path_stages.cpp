@@ -169,9 +169,9 @@ KINDLING_CALLED_ON_GPU void LightPathStages::join_camera(const PathStages& paths
   if (!sight) return;
   const auto& [eye, direction, distance, film_px, sight_weight] = *sight;
   const float reach = 0.5f * filter_width;
-  const V2i size = camera->size_px();
-  if (!(film_px.x > -reach && film_px.y > -reach && film_px.x < static_cast<float>(size.x) + reach &&
-        film_px.y < static_cast<float>(size.y) + reach))
+  const V2f from(outside.crop_min), to(outside.crop_end);
+  if (!(film_px.x > from.x - reach && film_px.y > from.y - reach && film_px.x < to.x + reach &&
+        film_px.y < to.y + reach))
     return;
 
   SurfacePoint seen_by_camera;

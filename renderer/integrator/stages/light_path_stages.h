@@ -4,6 +4,7 @@
 
 #include "accel/ray.h"
 #include "renderer/integrator/stages/light_path_view.h"
+#include "renderer/integrator/stages/outside_pixels.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/light/emission_view.h"
 #include "renderer/sampling/sample_range.h"
@@ -55,9 +56,13 @@ struct LightPathStages : LightPathView {
   [[nodiscard]] bool start(uint64_t number, LightPathState& path, accel::Ray& ray) const;
   // Returns the number of the path that a pixel has in a pass (light_path_passes()).
   [[nodiscard]] uint64_t number_of(const V2i& pixel, uint32_t pass) const {
+    const auto width = static_cast<uint64_t>(camera->size_px().x);
+    return number_at(static_cast<uint64_t>(pixel.y) * width + static_cast<uint64_t>(pixel.x), pass);
+  }
+  // The same for a pixel by its index, row by row.
+  [[nodiscard]] uint64_t number_at(uint64_t pixel, uint32_t pass) const {
     const V2i size = camera->size_px();
-    return pass * (static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y)) +
-           static_cast<uint64_t>(pixel.y) * static_cast<uint64_t>(size.x) + static_cast<uint64_t>(pixel.x);
+    return pass * (static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y)) + pixel;
   }
   // Moves a path on from its hit, where it has the surface as its ray sees it. True if it continues
   // with the ray that replaces `ray`. Sets `joint` if the surface is joined to the camera.
@@ -85,6 +90,7 @@ struct LightPathStages : LightPathView {
   const WorldView* world = nullptr;
   const CameraView* camera = nullptr;
   float filter_width = 0.0f; // of the pixel filter
+  OutsidePixels outside;     // of the crop; surfaces are joined to the camera where its pixels show them
   uint32_t seed = 0;
 };
 

@@ -9,7 +9,9 @@
 namespace kindling {
 namespace {
 
-constexpr uint64_t kMinRenderPerPilot = 64;   // the render takes at least this many times the samples of its pilot
+// The render takes at least this many times the samples that a pilot may take; one that finds
+// nothing to gain takes a few of those.
+constexpr uint64_t kMinRenderPerPilot = 64;
 constexpr uint64_t kMinPilotPaths = 1U << 14; // fewer say too little
 constexpr uint64_t kMaxPilotPaths = 1U << 16;
 constexpr double kPilotPathsPerSecond = 4096.0; // of a time limit: about a hundredth of it on one thread
@@ -26,19 +28,26 @@ uint64_t pilot_paths(const RenderSettings& settings) {
   return paths < kMinPilotPaths ? 0 : paths;
 }
 
+std::string why_no_light_paths(const RenderSettings& settings, const Camera& camera) {
+  RenderSettings with = settings;
+  with.integrator.light_paths = 1.0f;
+  if (const Result<void> checked = check_light_paths(with, camera); !checked) return checked.error().message;
+  const auto not_with = [](const std::string& what) { return "--light-paths auto: not with " + what; };
+  if (settings.integrator.clamp_indirect < kInfinity)
+    return not_with("--clamp-indirect, which hides the noise that a pilot measures");
+  if (settings.integrator.photons > 0.0f) return not_with("--photons, which bring the same light");
+  if (settings.adaptive.enabled())
+    return not_with("--noise-threshold, since blocks that stop end their light paths, which reach other blocks, too");
+  if (pilot_paths(settings) == 0) return "--light-paths auto: the render is too short for a pilot";
+  return {};
+}
+
 LightPathChoice choose_light_paths(const World& world, const Camera& camera, const RenderSettings& settings,
                                    const Guide* guide, const std::function<bool()>& stopped,
                                    ProgressListener* listener) {
-  RenderSettings with = settings;
-  with.integrator.light_paths = 1.0f;
   LightPathChoice choice;
-  if (const Result<void> checked = check_light_paths(with, camera); !checked)
-    choice.why_none = checked.error().message;
-  else if (settings.integrator.clamp_indirect < kInfinity)
-    choice.why_none = "--light-paths auto: not with --clamp-indirect, which hides the noise that a pilot measures";
-  else if (settings.crop && *settings.crop != PixelRect{V2i(0, 0), settings.size_px})
-    choice.why_none = "--light-paths: a crop has those of its own pixels alone";
-  else
+  choice.why_none = why_no_light_paths(settings, camera);
+  if (choice.why_none.empty())
     choice = choose_light_path_fraction(world, camera,
                                         {.integrator = settings.integrator,
                                          .filter = settings.filter,
