@@ -13,7 +13,7 @@ namespace {
 constexpr uint32_t kMaxCausticDepth = 32; // of regions
 // In relation to the longest side of a region: the radius of a lobe at its origin, and how far the
 // region reaches beyond its records.
-constexpr float kLobeRadius = 0.35f, kMargin = 0.25f;
+constexpr float kLobeRadius = 0.35f, kMargin = 0.5f;
 // A direction counts as found by the guide if it is sampled so many times as often as without.
 constexpr float kOftener = 10.0f;
 

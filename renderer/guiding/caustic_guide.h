@@ -1,5 +1,4 @@
-// Learned directions of caustics: where glass and metal throw light from, by region of the surfaces
-// that it falls on.
+// Learned directions from which glass and metal throw light, by region of the lit surfaces.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +31,8 @@ struct CausticRecord {
 // the records are dense. Immutable, thread-safe.
 struct CausticGuideView {
   static constexpr size_t kLobes = 16;
-  // Of half angles, squared: in narrower cones sampled directions would be outside by rounding.
+  // Least squared sine of a half angle: in narrower cones a sampled direction might be outside by
+  // rounding.
   static constexpr float kMinSine2 = 1e-6f;
 
   struct alignas(64) Region {
@@ -63,8 +63,9 @@ struct CausticGuideView {
       if (!(position[axis] >= region.low[axis] && position[axis] <= region.high[axis])) return nullptr;
     return &region;
   }
-  // Computes the lobes for a point of a surface with a unit normal. `most`: bounds chances.sum.
-  void find_chances(const Region& region, const V3f& position, const V3f& normal, float most, Chances& chances) const;
+  // Computes the lobes for a point of a surface with a unit normal. `max_sum` bounds chances.sum.
+  void find_chances(const Region& region, const V3f& position, const V3f& normal, float max_sum,
+                    Chances& chances) const;
   // Returns the density of sample() times chances.sum.
   [[nodiscard]] static float density(const Chances& chances, const V3f& wi);
   // Samples a unit direction; u_lobe in [0, 1), u in [0, 1)^2; chances.sum must be above 0.
@@ -87,7 +88,7 @@ class CausticGuide : public CausticGuideView {
   OwnedArrays arrays_;
 };
 
-// How much a guide of caustics gains, by records of paths that it guided.
+// The gain of a guide of caustics, by records of paths that it guided.
 struct CausticGain {
   double share = 0.0;         // of the image's light that comes from directions which it finds
   double second_moment = 1.0; // of reflected light, relative to that without it
@@ -95,7 +96,7 @@ struct CausticGain {
 // `records`: with contributions relative to the image, of `paths` paths.
 [[nodiscard]] CausticGain caustic_gain(std::span<const GuideRecord> records, uint64_t paths);
 
-inline void CausticGuideView::find_chances(const Region& region, const V3f& position, const V3f& normal, float most,
+inline void CausticGuideView::find_chances(const Region& region, const V3f& position, const V3f& normal, float max_sum,
                                            Chances& chances) const {
   float sum = 0.0f;
   for (size_t j = 0; j < kLobes; ++j) {
@@ -111,7 +112,7 @@ inline void CausticGuideView::find_chances(const Region& region, const V3f& posi
     chances.of[j] = region.strength[j] * std::max(cosine, 0.0f);
   }
   for (size_t j = 0; j < kLobes; ++j) sum += chances.of[j];
-  const float scale = most / (sum + irradiance);
+  const float scale = max_sum / (sum + irradiance);
   for (size_t j = 0; j < kLobes; ++j) {
     chances.of[j] *= scale;
     chances.density[j] = chances.of[j] * (0.5f * kInvPi) / chances.spread[j];

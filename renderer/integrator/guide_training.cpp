@@ -48,6 +48,7 @@ constexpr Limits kAnyGain{1.0, 1.0};
 // where the BSDF alone would miss this share of the image's light in most pixels.
 constexpr double kMinCausticShare = 0.02;
 constexpr size_t kMinCausticRecords = 4 * CausticGuide::kLobes;
+constexpr uint64_t kLightPathsPerPath = 2; // over casters, of a path from the camera
 
 struct Worker {
   std::unique_ptr<PathContext> context;
@@ -238,8 +239,8 @@ class Training {
     return std::make_unique<const Guide>(std::move(all));
   }
 
-  // Adds directions of caustics, learned from as many light paths. An eighth of these and of the
-  // training's paths tell whether they pay.
+  // Adds directions of caustics, learned from light paths, if they pay: an eighth as many light
+  // paths as the training has paths, and as many paths that they guide, determine that.
   std::unique_ptr<const Guide> with_caustics(std::unique_ptr<const Guide> guide, uint64_t paths) {
     const IntegratorSettings& integrator = settings_.integrator;
     if (integrator.caustics != Caustics::full || integrator.light_paths > 0.0f || integrator.photons > 0.0f)
@@ -258,9 +259,10 @@ class Training {
     if (!(gain.share > (settings_.only_if_worthwhile ? kMinCausticShare : 0.0)) || !(gain.second_moment < 1.0))
       return guide;
     statistics_.caustic_share = gain.share;
-    const std::vector<CausticRecord> more = caustic_photons(probe, paths - probe);
+    const uint64_t light_paths = kLightPathsPerPath * paths;
+    const std::vector<CausticRecord> more = caustic_photons(probe, light_paths - probe);
     records.insert(records.end(), more.begin(), more.end());
-    return with_caustics(guide.get(), records, paths);
+    return with_caustics(guide.get(), records, light_paths);
   }
   std::vector<CausticRecord> caustic_photons(uint64_t first, uint64_t count) {
     return trace_caustic_photons(world_, camera_,

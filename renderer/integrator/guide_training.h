@@ -47,11 +47,12 @@ struct TrainedGuide {
 };
 
 // Traces an eighth of the paths first, as a probe that predicts the gain, then the rest, guided by
-// what the probe learned; then up to as many light paths into scattering media, and over casters. The guide is a
-// function of world, camera, settings and GuidingStatistics::max_paths: threads do not change it.
-// Runs on the threads of the current TBB arena. `stopped` is polled between blocks and may be
-// empty; once it returns true, no guide is returned. `on_done` may be empty; it is called from any
-// thread with the number of paths traced so far.
+// what the probe learned; then up to as many light paths into scattering media, and up to twice as
+// many over casters if it pays. The guide is a function of world, camera, settings and
+// GuidingStatistics::max_paths: threads do not change it. Runs on the threads of the current TBB
+// arena. `stopped` is polled between blocks and may be empty; once it returns true, no guide is
+// returned. `on_done` may be empty; it is called from any thread with the number of paths traced so
+// far.
 [[nodiscard]] TrainedGuide train_guide(const World& world, const Camera& camera, const GuideTrainingSettings& settings,
                                        const std::function<bool()>& stopped,
                                        const std::function<void(uint64_t)>& on_done);

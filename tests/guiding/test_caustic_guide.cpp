@@ -65,7 +65,8 @@ TEST(CausticGuide, AimsAtTheLens) {
       // A region of n records has the side sqrt(16 / n); directions at its two ends differ by less
       // than that over the distance, and a lobe is not wider.
       const float side = std::sqrt(2.0f * 16.0f / static_cast<float>(count));
-      const V3f w = CausticGuideView::sample(chances, random.next_1d(), random.next_2d());
+      const float u_lobe = random.next_1d();
+      const V3f w = CausticGuideView::sample(chances, u_lobe, random.next_2d());
       EXPECT_LT((w - to_spot).length(), 3.0f * side / kLensHeight) << position << count;
     }
   }
@@ -78,8 +79,8 @@ TEST(CausticGuide, ChancesFollowIrradiance) {
     std::vector<CausticRecord> records = lens_over_floor(kCount, 5);
     const CausticGuide guide(records, kCount, other);
     for (const float x : {0.2f, 0.8f}) {
-      // The power of a record counts over its cosine, so irradiance at the floor is the cosine times
-      // 1 or 2 W/m2.
+      // The power of a record counts over its cosine, so irradiance at the floor is the cosine
+      // times 1 or 2 W/m2.
       const V3f position(x, 0.5f, 0.0f), origin(0.5f + 0.3f * (x - 0.5f), 0.5f, kLensHeight);
       const float cosine = kLensHeight / (origin - position).length();
       const float irradiance = (x > 0.5f ? 2.0f : 1.0f) * cosine;
@@ -131,7 +132,7 @@ TEST(CausticGuide, SamplingMatchesDensity) {
     double inside = 0.0;
     for (int y = 0; y < kCells * kFine; ++y)
       for (int x = 0; x < kCells * kFine; ++x) {
-        const V2f within(static_cast<float>(x) + random.next_1d(), static_cast<float>(y) + random.next_1d());
+        const V2f within = V2f(static_cast<float>(x), static_cast<float>(y)) + random.next_2d();
         const V2f at = spot + (within * (2.0f / (kCells * kFine)) - V2f(1.0f)) * kHalf;
         const V3f to(at.x - position.x, at.y - position.y, height);
         const double distance2 = static_cast<double>(to.length2());
@@ -144,7 +145,8 @@ TEST(CausticGuide, SamplingMatchesDensity) {
       }
     EXPECT_NEAR(inside, 1.0, 5e-3) << position;
     for (int i = 0; i < kSamples; ++i) {
-      const V3f w = CausticGuideView::sample(chances, random.next_1d(), random.next_2d());
+      const float u_lobe = random.next_1d();
+      const V3f w = CausticGuideView::sample(chances, u_lobe, random.next_2d());
       ASSERT_NEAR(w.length(), 1.0f, 1e-6f);
       ASSERT_GT(CausticGuideView::density(chances, w), 0.0f);
       const V2f at(position.x + w.x * height / w.z, position.y + w.y * height / w.z);

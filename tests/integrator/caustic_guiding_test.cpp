@@ -1,4 +1,4 @@
-// Bounces guided to caustics: their mean with any guide, their noise with learned ones, and records.
+// Bounces guided to caustics: the mean with any guide, the noise with learned ones, records.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/light_paths/caustic_photons.h"
 #include "renderer/session/prepare/train_guide.h"
@@ -14,7 +14,7 @@
 namespace kindling::test {
 namespace {
 
-constexpr V2i kSize(24, 24);
+constexpr V2i kFloorSize(24, 24);
 
 // A glass sphere of 1 m over a floor, which a small lamp lights through it; `lamp_m`: its radius.
 std::unique_ptr<const World> sphere_under_a_lamp(float lamp_m, float roughness = 0.0f) {
@@ -28,7 +28,7 @@ std::unique_ptr<const World> sphere_under_a_lamp(float lamp_m, float roughness =
   return make_world(std::move(scene), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.2f)));
 }
 // Sees the floor under the sphere.
-Camera floor_camera() { return Camera(SceneCamera{}, look_at(V3f(0, 1.5f, 4.5f), V3f(0, 0.1f, 0)), kSize); }
+Camera floor_camera() { return Camera(SceneCamera{}, look_at(V3f(0, 1.5f, 4.5f), V3f(0, 0.1f, 0)), kFloorSize); }
 
 // Caustics that have nothing to do with the scene's: on floor and sphere, from anywhere.
 Guide wild_caustics() {
@@ -54,7 +54,7 @@ TEST(CausticGuiding, ArbitraryGuidesKeepTheMean) {
     }
     for (const float roughness : {0.0f, 0.3f}) {
       const auto world = sphere_under_a_lamp(0.8f, roughness);
-      RenderSettings settings = small_render(kSize, 512);
+      RenderSettings settings = small_render(kFloorSize, 512);
       settings.integrator.roulette_start_bounce = 3;
       const Mean without = guided_mean(*world, floor_camera(), settings, nullptr);
       settings.seed = 1;
@@ -67,8 +67,8 @@ TEST(CausticGuiding, ArbitraryGuidesKeepTheMean) {
   }
 }
 
-RenderSettings trained(Guiding guiding, uint32_t spp) {
-  RenderSettings settings = small_render(kSize, spp);
+RenderSettings caustic_settings(Guiding guiding, uint32_t spp) {
+  RenderSettings settings = small_render(kFloorSize, spp);
   settings.guiding = guiding;
   settings.training_paths = 40000;
   settings.integrator.direct_samples = 1;
@@ -78,8 +78,8 @@ RenderSettings trained(Guiding guiding, uint32_t spp) {
 // A learned guide keeps the mean and lowers the noise of a small lamp's caustic to a third.
 TEST(CausticGuiding, LearnedGuidesFindTheLamp) {
   const auto world = sphere_under_a_lamp(0.25f);
-  const Mean off = render_mean(*world, floor_camera(), trained(Guiding::off, 1024));
-  RenderSettings settings = trained(Guiding::automatic, 1024);
+  const Mean off = render_mean(*world, floor_camera(), caustic_settings(Guiding::off, 1024));
+  RenderSettings settings = caustic_settings(Guiding::automatic, 1024);
   settings.seed = 1;
   const Result<RenderOutcome> outcome = render(*world, floor_camera(), settings, nullptr, nullptr);
   ASSERT_TRUE(outcome.ok());
@@ -100,10 +100,10 @@ TEST(CausticGuiding, IsLeftOutWhereItDoesNotPay) {
   Scene plain = make_scene({diffuse_material(Rgb(0.7f))},
                            {quad(V3f(-3, 0, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0), sphere(V3f(0, 1.4f, 0), 1.0f, 32, 0)});
   const auto dull = make_world(std::move(plain), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.5f)));
-  EXPECT_EQ(regions(*dull, trained(Guiding::on, 4)), 0);
+  EXPECT_EQ(regions(*dull, caustic_settings(Guiding::on, 4)), 0);
   const auto world = sphere_under_a_lamp(0.25f);
-  EXPECT_GT(regions(*world, trained(Guiding::on, 4)), 0);
-  RenderSettings other = trained(Guiding::on, 4);
+  EXPECT_GT(regions(*world, caustic_settings(Guiding::on, 4)), 0);
+  RenderSettings other = caustic_settings(Guiding::on, 4);
   other.integrator.light_paths = 0.25f;
   EXPECT_EQ(regions(*world, other), 0);
   other.integrator.light_paths = 0.0f;
@@ -116,7 +116,7 @@ TEST(CausticGuiding, IsLeftOutWhereItDoesNotPay) {
 
 TEST(CausticGuiding, RendersDoNotDependOnThreads) {
   const auto world = sphere_under_a_lamp(0.25f);
-  RenderSettings settings = trained(Guiding::automatic, 4);
+  RenderSettings settings = caustic_settings(Guiding::automatic, 4);
   settings.threads = 1;
   const Result<RenderOutcome> alone = render(*world, floor_camera(), settings, nullptr, nullptr);
   settings.threads = 3;
@@ -126,14 +126,14 @@ TEST(CausticGuiding, RendersDoNotDependOnThreads) {
   expect_same_bits(together.value().film, alone.value().film, "three threads");
 }
 
-std::vector<CausticRecord> photons_of(const World& world) {
+std::vector<CausticRecord> caustics_in(const World& world) {
   RayCounters counters;
   return trace_caustic_photons(world, floor_camera(), {{}, PixelFilter(), 0, 0, 20000}, {}, counters);
 }
 
 // Light comes from the sphere to the floor.
 TEST(CausticPhotons, ComeFromTheGlass) {
-  const std::vector<CausticRecord> records = photons_of(*sphere_under_a_lamp(0.25f));
+  const std::vector<CausticRecord> records = caustics_in(*sphere_under_a_lamp(0.25f));
   ASSERT_GT(records.size(), 1000U);
   for (const CausticRecord& record : records) {
     ASSERT_NEAR((record.origin - V3f(0, 1.4f, 0)).length(), 1.0f, 0.02f); // of flat triangles
@@ -143,13 +143,13 @@ TEST(CausticPhotons, ComeFromTheGlass) {
 }
 
 // No direction leads to a point.
-TEST(CausticPhotons, NeedLightsWithASize) { EXPECT_TRUE(photons_of(*sphere_under_a_lamp(0.0f)).empty()); }
+TEST(CausticPhotons, NeedLightsWithASize) { EXPECT_TRUE(caustics_in(*sphere_under_a_lamp(0.0f)).empty()); }
 
 TEST(CausticPhotons, DoNotDependOnThreads) {
   const auto world = sphere_under_a_lamp(0.25f);
   std::vector<CausticRecord> alone, together;
-  tbb::task_arena(1).execute([&] { alone = photons_of(*world); });
-  tbb::task_arena(3).execute([&] { together = photons_of(*world); });
+  tbb::task_arena(1).execute([&] { alone = caustics_in(*world); });
+  tbb::task_arena(3).execute([&] { together = caustics_in(*world); });
   ASSERT_EQ(alone.size(), together.size());
   for (size_t i = 0; i < alone.size(); ++i) {
     ASSERT_EQ(alone[i].position, together[i].position);

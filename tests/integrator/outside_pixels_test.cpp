@@ -21,7 +21,7 @@ TEST(OutsidePixels, AreSharedOutAmongTheBlocksOfTheCrop) {
         Case{{40, 30}, {17, 0}, {18, 30}}, Case{{40, 30}, {39, 29}, {40, 30}}, Case{{9, 9}, {0, 0}, {1, 1}}}) {
     const OutsidePixels outside{c.size, c.min, c.end};
     std::vector<int> seen(static_cast<size_t>(c.size.x) * static_cast<size_t>(c.size.y));
-    uint64_t next = 0, least = UINT64_MAX, most = 0;
+    uint64_t next = 0, smallest = UINT64_MAX, largest = 0;
     for (int y = c.min.y / kSide; y <= (c.end.y - 1) / kSide; ++y)
       for (int x = c.min.x / kSide; x <= (c.end.x - 1) / kSide; ++x) {
         const V2i first(std::max(x * kSide, c.min.x), std::max(y * kSide, c.min.y));
@@ -30,12 +30,12 @@ TEST(OutsidePixels, AreSharedOutAmongTheBlocksOfTheCrop) {
         EXPECT_EQ(outside.share_of(last, kSide).first, share.first);
         EXPECT_EQ(share.first, next);
         next = share.end;
-        least = std::min(least, share.count());
-        most = std::max(most, share.count());
+        smallest = std::min(smallest, share.count());
+        largest = std::max(largest, share.count());
         for (uint64_t number = share.first; number < share.end; ++number) ++seen.at(outside.index_at(number));
       }
     EXPECT_EQ(next, outside.count());
-    EXPECT_LE(most, least + 1);
+    EXPECT_LE(largest, smallest + 1);
     for (int y = 0; y < c.size.y; ++y)
       for (int x = 0; x < c.size.x; ++x) {
         const bool inside = x >= c.min.x && y >= c.min.y && x < c.end.x && y < c.end.y;

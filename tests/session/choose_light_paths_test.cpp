@@ -185,7 +185,7 @@ TEST(ChooseLightPaths, StoppedPilotsChooseLater) {
   expect_same_bits(outcome.film, render_open(*world, open_settings()).film, "a render that began again");
 }
 
-TEST(ChooseLightPaths, AreOffWithWhatTheyDoNotWorkWith) {
+TEST(ChooseLightPaths, AreOffBesideOtherSettings) {
   const auto world = glass_world(accel::Kind::kdtree);
   const auto expect_none = [&](const char* words, void (*change)(RenderSettings&)) {
     RenderSettings settings = open_settings(2);

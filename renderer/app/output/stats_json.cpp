@@ -43,6 +43,19 @@ nlohmann::ordered_json rays_json(const RayCounters& rays) {
           {"photon", rays.photon}};
 }
 
+nlohmann::ordered_json guiding_json(const GuidingStatistics& g, Guiding mode) {
+  return {{"mode", guiding_name(mode)},
+          {"patches", g.patches},
+          {"light_regions", g.light_regions},
+          {"predicted", g.predicted},
+          {"predicted_lights", g.predicted_lights},
+          {"volume_regions", g.volume_regions},
+          {"caustic_regions", g.caustic_regions},
+          {"caustic_share", g.caustic_share},
+          {"training_paths", g.paths},
+          {"training_rays", g.rays.total()}};
+}
+
 } // namespace
 
 std::string format_stats_json(const RenderReport& r, bool one_line) {
@@ -96,17 +109,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
   json["passes"] = s.passes;
-  const GuidingStatistics& g = s.guiding;
-  json["guiding"] = {{"mode", guiding_name(r.guiding)},
-                     {"patches", g.patches},
-                     {"light_regions", g.light_regions},
-                     {"predicted", g.predicted},
-                     {"predicted_lights", g.predicted_lights},
-                     {"volume_regions", g.volume_regions},
-                     {"caustic_regions", g.caustic_regions},
-                     {"caustic_share", g.caustic_share},
-                     {"training_paths", g.paths},
-                     {"training_rays", g.rays.total()}};
+  json["guiding"] = guiding_json(s.guiding, r.guiding);
   json["light_paths"] = light_paths_json(s.light_paths);
   json["direct_samples"] = direct_samples_json(s.direct_samples);
   json["schedule"] = schedule_name(r.schedule);

@@ -17,10 +17,10 @@ namespace {
 constexpr uint64_t kChunkPaths = 1024;         // traced together by one thread
 constexpr uint32_t kCausticSeed = 0x63617573U; // makes these paths independent of others
 
-void append_record(const Photon& photon, float paths, std::vector<CausticRecord>& records) {
+void append_record(const Photon& photon, float paths_per_map, std::vector<CausticRecord>& records) {
   // No direction leads to a light without a size.
   if (photon.diffuse != 0 || photon.density == kInfinity) return;
-  const float power = luminance(photon.power) * paths;
+  const float power = luminance(photon.power) * paths_per_map;
   if (power > 0.0f && power < kInfinity)
     records.push_back({photon.position, photon.position + photon.to_light * photon.distance_m, power});
 }
@@ -41,6 +41,7 @@ std::vector<CausticRecord> trace_caustic_photons(const World& world, const Camer
   if (!light_paths) return all;
   PathStages stages = make_path_stages(integrator, world, camera, sampler, nullptr);
   stages.light_paths = light_paths.get();
+  const float paths_per_map = light_paths->photons_per_pass * static_cast<float>(light_paths->samples_per_map);
   struct Chunk {
     std::vector<CausticRecord> records;
     RayCounters rays;
@@ -54,7 +55,7 @@ std::vector<CausticRecord> trace_caustic_photons(const World& world, const Camer
     const uint64_t begin = c * kChunkPaths;
     light_paths->trace_photons(stages, settings.first_path + begin, std::min(kChunkPaths, settings.paths - begin),
                                context, photons, chunks[c].rays);
-    for (const Photon& photon : photons) append_record(photon, light_paths->photons_per_pass, chunks[c].records);
+    for (const Photon& photon : photons) append_record(photon, paths_per_map, chunks[c].records);
   });
   for (const Chunk& chunk : chunks) {
     all.insert(all.end(), chunk.records.begin(), chunk.records.end());

@@ -46,7 +46,7 @@ class GuidedBsdf {
     if (!patches_) find_allowed();
     if (!(allowed_ > kMinFraction)) return;
     const float patches_sum = patches_ ? chances_.sum : 0.0f;
-    caustics.find_chances(*region, position, frame_.normal, kMostCaustics * (1.0f - patches_sum), lobes_);
+    caustics.find_chances(*region, position, frame_.normal, kMaxCaustics * (1.0f - patches_sum), lobes_);
     if (!(allowed_ * lobes_.sum > kMinFraction)) return;
     guided_ = patches_sum + lobes_.sum;
     has_lobes_ = true;
@@ -109,7 +109,8 @@ class GuidedBsdf {
     return cosine_lobe + width_ * std::max(bsdf_pdf - cosine_lobe, 0.0f);
   }
   [[nodiscard]] float allowed() const { return allowed_; }
-  // Returns the density that a sampled direction would have if no directions of caustics were known.
+  // Returns the density that a sampled direction would have if no directions of caustics were
+  // known.
   [[nodiscard]] float without_caustics(const Sample& sampled) const {
     if (!has_lobes_) return sampled.pdf;
     const float density = patches_ ? patches_->density(chances_, position_, sampled.wi) : 0.0f;
@@ -120,7 +121,7 @@ class GuidedBsdf {
  private:
   static constexpr float kNarrow = 0.1f;       // alpha below which the visible normals are not guided
   static constexpr float kWide = 0.3f;         // alpha above which they are guided like the cosine lobe
-  static constexpr float kMostCaustics = 0.5f; // of what patches leave
+  static constexpr float kMaxCaustics = 0.5f;  // of what patches leave
   static constexpr float kMinFraction = 0.02f; // guided fraction below which guiding is not worth its time
 
   [[nodiscard]] float mixed(float bsdf_pdf, float cosine, const V3f& wi) const {
@@ -130,8 +131,8 @@ class GuidedBsdf {
     return bsdf_pdf - guided_ * replaceable(bsdf_pdf, cosine) + allowed_ * density;
   }
   [[nodiscard]] bool is_guided() const { return patches_ != nullptr || has_lobes_; }
-  // Samples the guide; u_guide is in [0, guided_). The direction counts for the lobe that would have
-  // found it.
+  // Samples the guide; u_guide is in [0, guided_). The direction counts for the lobe that would
+  // have found it.
   [[nodiscard]] std::optional<Sample> sample_guide(float u_guide, const V2f& u) const {
     std::optional<V3f> wi;
     const float to_lobes = has_lobes_ ? lobes_.sum : 0.0f;
