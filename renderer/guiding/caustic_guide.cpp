@@ -3,6 +3,7 @@
 #include "renderer/guiding/caustic_guide.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@ namespace kindling {
 namespace {
 
 constexpr uint32_t kMaxCausticDepth = 32; // of regions
+constexpr size_t kMinRegionRecords = 4;   // fewer do not show how far apart they are
 // In relation to the longest side of a region: the radius of a lobe at its origin, and how far the
 // region reaches beyond its records.
 constexpr float kLobeRadius = 0.35f, kMargin = 0.5f;
@@ -22,37 +24,51 @@ class GrowingCaustics {
  public:
   explicit GrowingCaustics(float per_path) : per_path_(per_path) {}
 
-  // Divides the records of a node at their median along the longest side.
+  // Divides the records of a node at their mean along the axis of the largest variance where that
+  // leaves some on both sides. A median might divide records with equal coordinates, such as those
+  // of a floor.
   void grow(uint32_t node, std::span<CausticRecord> records, uint32_t depth) {
-    Imath::Box3f box;
-    for (const CausticRecord& record : records) box.extendBy(record.position);
-    const V3f size = box.size();
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    if (records.size() > CausticGuideView::kLobes && depth < kMaxCausticDepth && size[axis] > 0.0f) {
-      const auto middle = records.begin() + static_cast<ptrdiff_t>(records.size() / 2);
-      // Stable, so that the order, and with it the image, is the same with any standard library.
-      std::stable_sort(records.begin(), records.end(), [axis](const CausticRecord& a, const CausticRecord& b) {
-        return a.position[axis] < b.position[axis];
-      });
-      const auto left = static_cast<size_t>(middle - records.begin());
-      const auto children = static_cast<uint32_t>(nodes.size());
-      nodes.resize(nodes.size() + 2);
-      nodes[node].split = middle->position[axis];
-      nodes[node].axis = static_cast<uint32_t>(axis);
-      nodes[node].next = children;
-      grow(children, records.first(left), depth + 1);
-      grow(children + 1, records.subspan(left), depth + 1);
-      return;
+    if (records.size() > CausticGuideView::kLobes && depth < kMaxCausticDepth) {
+      V3d sum(0.0), sum2(0.0);
+      for (const CausticRecord& record : records) {
+        const V3d p(record.position);
+        sum += p;
+        sum2 += p * p;
+      }
+      const V3d mean = sum / static_cast<double>(records.size());
+      const V3d variance = sum2 / static_cast<double>(records.size()) - mean * mean;
+      std::array<int, 3> axes = {0, 1, 2};
+      std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return variance[a] > variance[b]; });
+      for (const int axis : axes)
+        if (divide(node, records, axis, static_cast<float>(mean[axis]), depth)) return;
     }
     nodes[node].next = static_cast<uint32_t>(regions.size());
-    add_region(records, box);
+    add_region(records);
   }
 
   std::vector<RegionNode> nodes{1};
   std::vector<CausticGuideView::Region> regions;
 
  private:
-  void add_region(std::span<const CausticRecord> records, const Imath::Box3f& box) {
+  // Returns false if one side would have too few records.
+  bool divide(uint32_t node, std::span<CausticRecord> records, int axis, float split, uint32_t depth) {
+    const auto middle = std::stable_partition(
+        records.begin(), records.end(), [&](const CausticRecord& record) { return record.position[axis] < split; });
+    const auto left = static_cast<size_t>(middle - records.begin());
+    if (left < kMinRegionRecords || records.size() - left < kMinRegionRecords) return false;
+    const auto children = static_cast<uint32_t>(nodes.size());
+    nodes.resize(nodes.size() + 2);
+    nodes[node].split = split;
+    nodes[node].axis = static_cast<uint32_t>(axis);
+    nodes[node].next = children;
+    grow(children, records.first(left), depth + 1);
+    grow(children + 1, records.subspan(left), depth + 1);
+    return true;
+  }
+
+  void add_region(std::span<const CausticRecord> records) {
+    Imath::Box3f box;
+    for (const CausticRecord& record : records) box.extendBy(record.position);
     CausticGuideView::Region region;
     const V3f size = box.size();
     // Records lie on a surface, whose area is about that of the two longer sides.
@@ -62,7 +78,7 @@ class GrowingCaustics {
     const size_t count = std::min(records.size(), CausticGuideView::kLobes);
     const float scale = area > 0.0f ? static_cast<float>(records.size()) / (static_cast<float>(count) * area) : 0.0f;
     for (size_t j = 0; j < CausticGuideView::kLobes; ++j) {
-      const CausticRecord& record = records[std::min(j, count - 1)];
+      const CausticRecord& record = records[std::min(j, count - 1) * records.size() / count];
       region.x[j] = record.origin.x;
       region.y[j] = record.origin.y;
       region.z[j] = record.origin.z;
