@@ -163,7 +163,7 @@ TEST(PhotonsOnDevices, MapsCountInTheMemory) {
   too_small.device_memory_bytes = 1 << 16;
   const Result<RenderOutcome> refused = render(*world, photon_camera(), too_small, nullptr, nullptr);
   ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().message.find(", photons 9.7 MiB, "), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find(", photons 10.2 MiB, "), std::string::npos) << refused.error().message;
   // The figure is enough.
   const std::string needs = "needs at least ";
   const size_t at = refused.error().message.find(needs);

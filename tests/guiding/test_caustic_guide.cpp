@@ -112,7 +112,7 @@ TEST(CausticGuide, EqualRecordsAreNotSampled) {
   EXPECT_EQ(CausticGuideView::density(chances, kUp), 0.0f);
 }
 
-// Below a ball most records have the height of the floor; each must be in the region of its place.
+// Below a sphere, many records have the height of the floor; each must be in its region.
 TEST(CausticGuide, FloorsBelowOtherThingsHaveTheirRegions) {
   std::vector<CausticRecord> records = lens_over_floor(3000, 6);
   Random random(7);
