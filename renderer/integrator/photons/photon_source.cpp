@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/photons/photon_source.h"
 
-#include "renderer/integrator/integrator.h"
-
 #include <utility>
 #include <vector>
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/photons/photon_maps.h"
 
