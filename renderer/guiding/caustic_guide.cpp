@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/caustic_guide.h"
 
+#include "renderer/guiding/position_moments.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,14 +31,8 @@ class GrowingCaustics {
   // of a floor.
   void grow(uint32_t node, std::span<CausticRecord> records, uint32_t depth) {
     if (records.size() > CausticGuideView::kLobes && depth < kMaxCausticDepth) {
-      V3d sum(0.0), sum2(0.0);
-      for (const CausticRecord& record : records) {
-        const V3d p(record.position);
-        sum += p;
-        sum2 += p * p;
-      }
-      const V3d mean = sum / static_cast<double>(records.size());
-      const V3d variance = sum2 / static_cast<double>(records.size()) - mean * mean;
+      const PositionMoments moments{std::span<const CausticRecord>(records)};
+      const V3d &mean = moments.mean, &variance = moments.variance;
       std::array<int, 3> axes = {0, 1, 2};
       std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return variance[a] > variance[b]; });
       for (const int axis : axes)

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 namespace kindling {
@@ -26,9 +25,9 @@ struct CausticRecord {
 
 // A density of directions towards the places where casters throw light from. A bounce that goes
 // there follows the light's path back through the glass. A binary tree over space divides the
-// records into regions of at most kLobes neighbors; in a region each record is a lobe: a cone
-// around its origin that is as wide as the region, seen from there. So lobes are as narrow as
-// the records are dense. Immutable, thread-safe.
+// records into regions of about kLobes neighbors; in a region each of up to kLobes records is a
+// lobe: a cone around its origin, about a third as wide as the region. So lobes are the narrower
+// the denser the records are. Immutable, thread-safe.
 struct CausticGuideView {
   static constexpr size_t kLobes = 16;
   // Least squared sine of a half angle: in narrower cones a sampled direction might be outside by

@@ -3,6 +3,7 @@
 #include "renderer/guiding/volume_guide.h"
 
 #include "renderer/base/frame.h"
+#include "renderer/guiding/position_moments.h"
 #include "renderer/sampling/sincos_turns.h"
 
 #include <tbb/parallel_for.h>
@@ -47,14 +48,8 @@ struct GrowingRegions {
 // Splits at the mean along the axis of the largest variance.
 void GrowingRegions::grow(uint32_t node, std::span<VolumeRecord> records, uint32_t depth) {
   if (records.size() > kMaxRegionRecords && depth < kMaxRegionDepth) {
-    V3d sum(0.0), sum2(0.0);
-    for (const VolumeRecord& record : records) {
-      const V3d p(record.position);
-      sum += p;
-      sum2 += p * p;
-    }
-    const V3d mean = sum / static_cast<double>(records.size());
-    const V3d variance = sum2 / static_cast<double>(records.size()) - mean * mean;
+    const PositionMoments moments{std::span<const VolumeRecord>(records)};
+    const V3d &mean = moments.mean, &variance = moments.variance;
     const uint32_t axis = variance.x >= variance.y && variance.x >= variance.z ? 0 : variance.y >= variance.z ? 1 : 2;
     const auto split = static_cast<float>(mean[static_cast<int>(axis)]);
     const auto middle = std::stable_partition(records.begin(), records.end(), [&](const VolumeRecord& record) {

@@ -95,6 +95,15 @@ class Gpu : public testing::Test {
   }
   void expect_message(const std::string& part) { EXPECT_NE(message().find(part), std::string::npos) << message(); }
 
+  static void expect_bits_of_cpu(const World& world, RenderSettings render_settings) {
+    render_settings.device = DeviceKind::gpu;
+    const Result<RenderOutcome> gpu = render(world, gpu_camera(), render_settings, nullptr, nullptr);
+    ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+    render_settings.device = DeviceKind::cpu;
+    const Result<RenderOutcome> cpu = render(world, gpu_camera(), render_settings, nullptr, nullptr);
+    expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
+  }
+
   static constexpr size_t kOfPaths = 5; // kernels that a render by the path tracer needs
 
   std::unique_ptr<const World> world_ = mixed_world(accel::Kind::kdtree);
@@ -105,39 +114,20 @@ class Gpu : public testing::Test {
   void* library_ = nullptr;
 };
 
-TEST_F(Gpu, RendersTheSameImageAsTheCpu) {
-  RenderSettings here = settings(6);
-  Result<RenderOutcome> gpu = render(*world_, gpu_camera(), here, nullptr, nullptr);
-  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
-  here.device = DeviceKind::cpu;
-  const Result<RenderOutcome> cpu = render(*world_, gpu_camera(), here, nullptr, nullptr);
-  expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
-}
+TEST_F(Gpu, RendersTheSameImageAsTheCpu) { expect_bits_of_cpu(*world_, settings(6)); }
 
 TEST_F(Gpu, RendersTheSameImageBesideLightPaths) {
   for (const bool cut_out : {false, true}) {
-    const auto casters = caster_world(cut_out);
-    RenderSettings here = small_render(kGpuImage, 6);
-    here.integrator.light_paths = 0.5f;
-    here.device = DeviceKind::gpu;
-    const Result<RenderOutcome> gpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
-    ASSERT_TRUE(gpu.ok()) << gpu.error().message;
-    here.device = DeviceKind::cpu;
-    const Result<RenderOutcome> cpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
-    expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
+    RenderSettings beside = small_render(kGpuImage, 6);
+    beside.integrator.light_paths = 0.5f;
+    expect_bits_of_cpu(*caster_world(cut_out), beside);
   }
 }
 
 TEST_F(Gpu, RendersTheSameImageWithPhotons) {
-  const auto casters = caster_world(true);
-  RenderSettings here = small_render(kGpuImage, 20);
-  here.integrator.photons = 1.0f;
-  here.device = DeviceKind::gpu;
-  const Result<RenderOutcome> gpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
-  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
-  here.device = DeviceKind::cpu;
-  const Result<RenderOutcome> cpu = render(*casters, gpu_camera(), here, nullptr, nullptr);
-  expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
+  RenderSettings with_map = small_render(kGpuImage, 20);
+  with_map.integrator.photons = 1.0f;
+  expect_bits_of_cpu(*caster_world(true), with_map);
 }
 
 TEST_F(Gpu, EachFailureToStartHasItsMessage) {

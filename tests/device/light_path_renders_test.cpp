@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/guide.h"
 #include "renderer/session/render_session.h"
-#include "renderer/session/tile_scheduler.h"
 #include "tests/device/caster_scene.h"
+#include "tests/device/parts_on_devices.h"
 #include "tests/device/tested_device.h"
 #include "tests/device/textured_scene.h"
 #include "tests/session/mixed_scene.h"
@@ -135,24 +135,9 @@ TEST(LightPathsOnDevices, ScenesWithoutCasters) {
 // Light of one part reaches pixels of others, whichever device renders them.
 TEST(LightPathsOnDevices, PartsOfDifferentDevicesAddUp) {
   const auto world = caster_world(true);
-  const RenderSettings settings = beside_light_paths(9, 0.4f);
-  const Film whole = outcome_on(DeviceKind::cpu, *world, settings).film;
-  Film of_samples(kLightPathImage, whole.crop(), whole.aovs()), of_regions = of_samples;
-  of_samples.enable_splats();
-  of_regions.enable_splats();
-  int part = 0;
-  for (const SampleRange& samples : {SampleRange{5, 9}, SampleRange{0, 2}, SampleRange{2, 5}}) {
-    RenderSettings some = settings;
-    some.samples = samples;
-    of_samples.add(outcome_on(part++ % 2 == 0 ? tested_device() : DeviceKind::cpu, *world, some).film);
-  }
-  expect_same_bits(of_samples, whole, "parts of the samples");
-  for (const PixelRect& region : make_regions(whole.crop(), 3)) {
-    RenderSettings some = settings;
-    some.region = region;
-    of_regions.add(outcome_on(part++ % 2 == 0 ? tested_device() : DeviceKind::cpu, *world, some).film);
-  }
-  expect_same_bits(of_regions, whole, "parts of the image");
+  expect_parts_of_devices_add_up(
+      beside_light_paths(9, 0.4f), {{5, 9}, {0, 2}, {2, 5}},
+      [&](DeviceKind device, const RenderSettings& settings) { return outcome_on(device, *world, settings).film; });
 }
 
 TEST(LightPathsOnDevices, ResumeWhereAnotherDeviceStopped) {

@@ -1,8 +1,9 @@
 // Photons on devices: the images of the CPU, to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/render_session.h"
-#include "renderer/session/tile_scheduler.h"
 #include "tests/device/caster_scene.h"
+#include "tests/device/parts_on_devices.h"
+#include "tests/device/tested_device.h"
 #include "tests/device/textured_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
@@ -44,7 +45,7 @@ void expect_same_with_photons(const World& world, const RenderSettings& settings
   EXPECT_NE(outcome_on(DeviceKind::cpu, world, without, {}, camera).film.resolve(Aov::beauty),
             expected.film.resolve(Aov::beauty))
       << "nothing is tested";
-  const RenderOutcome found = outcome_on(DeviceKind::host, world, settings, {}, camera);
+  const RenderOutcome found = outcome_on(tested_device(), world, settings, {}, camera);
   expect_same_bits(found.film, expected.film, "the host device");
   const RayCounters &there = found.statistics.rays, &here = expected.statistics.rays;
   EXPECT_EQ(there.paths, here.paths);
@@ -109,30 +110,15 @@ TEST(PhotonsOnDevices, SampleRates) {
 TEST(PhotonsOnDevices, ScenesWithoutCasters) {
   const auto world = make_world(sphere_lamp_and_veil(0.6f), accel::Kind::kdtree);
   const RenderSettings settings = with_photons(3);
-  expect_same_bits(outcome_on(DeviceKind::host, *world, settings).film,
+  expect_same_bits(outcome_on(tested_device(), *world, settings).film,
                    outcome_on(DeviceKind::cpu, *world, settings).film, "no casters");
 }
 
 TEST(PhotonsOnDevices, PartsOfDifferentDevicesAddUp) {
   const auto world = caster_world(true);
-  const RenderSettings settings = with_photons(40, 0.3f);
-  const Film whole = outcome_on(DeviceKind::cpu, *world, settings).film;
-  Film of_samples(kPhotonImage, whole.crop(), whole.aovs()), of_regions = of_samples;
-  of_samples.enable_splats();
-  of_regions.enable_splats();
-  int part = 0;
-  for (const SampleRange& samples : {SampleRange{21, 40}, SampleRange{0, 5}, SampleRange{5, 21}}) {
-    RenderSettings some = settings;
-    some.samples = samples;
-    of_samples.add(outcome_on(part++ % 2 == 0 ? DeviceKind::host : DeviceKind::cpu, *world, some).film);
-  }
-  expect_same_bits(of_samples, whole, "parts of the samples");
-  for (const PixelRect& region : make_regions(whole.crop(), 3)) {
-    RenderSettings some = settings;
-    some.region = region;
-    of_regions.add(outcome_on(part++ % 2 == 0 ? DeviceKind::host : DeviceKind::cpu, *world, some).film);
-  }
-  expect_same_bits(of_regions, whole, "parts of the image");
+  expect_parts_of_devices_add_up(
+      with_photons(40, 0.3f), {{21, 40}, {0, 5}, {5, 21}},
+      [&](DeviceKind device, const RenderSettings& settings) { return outcome_on(device, *world, settings).film; });
 }
 
 TEST(PhotonsOnDevices, ResumeWhereAnotherDeviceStopped) {
@@ -141,13 +127,13 @@ TEST(PhotonsOnDevices, ResumeWhereAnotherDeviceStopped) {
   settings.planned_samples = 20;
   settings.samples_per_pixel = 20;
   const Film expected = outcome_on(DeviceKind::cpu, *world, settings).film;
-  for (const DeviceKind first : {DeviceKind::cpu, DeviceKind::host}) {
+  for (const DeviceKind first : {DeviceKind::cpu, tested_device()}) {
     settings.samples_per_pixel = 9;
     std::optional<RenderState> saved;
     (void)outcome_on(first, *world, settings, {.save = [&](const RenderState& state) { saved.emplace(state); }});
     ASSERT_TRUE(saved);
     settings.samples_per_pixel = 20;
-    const DeviceKind second = first == DeviceKind::cpu ? DeviceKind::host : DeviceKind::cpu;
+    const DeviceKind second = first == DeviceKind::cpu ? tested_device() : DeviceKind::cpu;
     expect_same_bits(outcome_on(second, *world, settings, {.resume_from = std::move(saved)}).film, expected,
                      std::string(device_kind_name(first)) + " first");
   }
@@ -159,7 +145,7 @@ TEST(PhotonsOnDevices, MapsCountInTheMemory) {
   RenderSettings settings = with_photons(20);
   settings.planned_samples = 256; // for small footprints
   RenderSettings too_small = settings;
-  too_small.device = DeviceKind::host;
+  too_small.device = tested_device();
   too_small.device_memory_bytes = 1 << 16;
   const Result<RenderOutcome> refused = render(*world, photon_camera(), too_small, nullptr, nullptr);
   ASSERT_FALSE(refused.ok());
@@ -170,7 +156,7 @@ TEST(PhotonsOnDevices, MapsCountInTheMemory) {
   ASSERT_NE(at, std::string::npos);
   const double mebibytes = std::stod(refused.error().message.substr(at + needs.size()));
   settings.device_memory_bytes = static_cast<uint64_t>((mebibytes + 0.1) * 0x1p20);
-  const RenderOutcome paged = outcome_on(DeviceKind::host, *world, settings);
+  const RenderOutcome paged = outcome_on(tested_device(), *world, settings);
   EXPECT_GT(paged.statistics.device.tiles.evicted, 0U);
   EXPECT_LE(paged.statistics.device.peak_bytes, *settings.device_memory_bytes);
   settings.device_memory_bytes.reset();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/caustic_guide.h"
 
-#include "tests/sampling/chi_square.h"
+#include "tests/guiding/cell_counts.h"
 
 #include <gtest/gtest.h>
 
@@ -168,19 +168,7 @@ TEST(CausticGuide, SamplingMatchesDensity) {
       ASSERT_TRUE(cell.x >= 0.0f && cell.x < kCells && cell.y >= 0.0f && cell.y < kCells) << at;
       observed[static_cast<size_t>(static_cast<int>(cell.y) * kCells + static_cast<int>(cell.x))] += 1.0;
     }
-    double statistic = 0.0;
-    int cells = 0;
-    for (size_t i = 0; i < expected.size(); ++i) {
-      if (expected[i] < 8.0) {
-        EXPECT_LT(observed[i], 40.0) << i; // eleven standard deviations
-        continue;
-      }
-      statistic += square(observed[i] - expected[i]) / expected[i];
-      ++cells;
-    }
-    EXPECT_GT(cells, 10);
-    EXPECT_GT(test::chi_square_tail(statistic, std::max(cells - 1, 1)), test::sidak_level(0.001, 3))
-        << position << ": chi-square " << statistic << " in " << cells << " cells";
+    EXPECT_GT(test::expect_counts(observed, expected, 3, testing::PrintToString(position)), 10);
   }
 }
 

@@ -4,7 +4,7 @@
 
 #include "renderer/base/frame.h"
 #include "renderer/sampling/warp.h"
-#include "tests/sampling/chi_square.h"
+#include "tests/guiding/cell_counts.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -190,18 +190,7 @@ TEST(VolumeGuide, SamplingMatchesPdf) {
       const auto column = static_cast<size_t>(std::min(turns * kColumns, kColumns - 1.0));
       observed[row * kColumns + column] += 1.0;
     }
-    double statistic = 0.0;
-    int cells = 0;
-    for (size_t i = 0; i < expected.size(); ++i) {
-      if (expected[i] < 8.0) {
-        EXPECT_LT(observed[i], 40.0) << i; // eleven standard deviations
-        continue;
-      }
-      statistic += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
-      ++cells;
-    }
-    EXPECT_GT(test::chi_square_tail(statistic, std::max(cells - 1, 1)), test::sidak_level(0.001, 3))
-        << position << ": chi-square " << statistic << " in " << cells << " cells";
+    test::expect_counts(observed, expected, 3, testing::PrintToString(position));
   }
 }
 

@@ -69,11 +69,7 @@ TEST(CausticGuiding, ArbitraryGuidesKeepTheMean) {
 }
 
 RenderSettings caustic_settings(Guiding guiding, uint32_t spp) {
-  RenderSettings settings = small_render(kFloorSize, spp);
-  settings.guiding = guiding;
-  settings.training_paths = 40000;
-  settings.integrator.direct_samples = 1;
-  return settings;
+  return trained_render(kFloorSize, spp, guiding, 40000);
 }
 
 // A learned guide keeps the mean and lowers the noise of a small lamp's caustic to half.

@@ -7,6 +7,15 @@
 
 namespace kindling::test {
 
+// Returns the settings of a render that trains its guide with so many paths.
+inline RenderSettings trained_render(const V2i& size, uint32_t samples, Guiding guiding, uint64_t training_paths) {
+  RenderSettings settings = small_render(size, samples);
+  settings.guiding = guiding;
+  settings.training_paths = training_paths;
+  settings.integrator.direct_samples = 1;
+  return settings;
+}
+
 // Renders all pixels of an image, with or without a guide.
 inline Mean guided_mean(const World& world, const Camera& camera, const RenderSettings& settings, const Guide* guide) {
   const auto integrator = make_integrator(settings.integrator, world, camera, Sampler(settings.seed), settings.filter,

@@ -68,13 +68,7 @@ TEST(VolumeGuiding, ArbitraryGuidesKeepTheMean) {
   }
 }
 
-RenderSettings trained(Guiding guiding, uint32_t spp) {
-  RenderSettings settings = small_render(kSize, spp);
-  settings.guiding = guiding;
-  settings.training_paths = 20000;
-  settings.integrator.direct_samples = 1;
-  return settings;
-}
+RenderSettings trained(Guiding guiding, uint32_t spp) { return trained_render(kSize, spp, guiding, 20000); }
 
 // A learned guide keeps the mean and lowers the noise: to a third in smooth wax, where paths alone
 // find the lamp.

@@ -44,7 +44,7 @@ class Counts {
 };
 Counts counts;
 
-// Whether a warp executes `a` before `b`.
+// Returns true if a warp executes `a` before `b`.
 bool precedes(const Step& a, const Step& b) {
   return std::tuple(~a.depth, a.function, a.block) < std::tuple(~b.depth, b.function, b.block);
 }
