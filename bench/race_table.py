@@ -13,9 +13,9 @@ with the better of Embree's two of that quality, robust and not: smaller is bett
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
+from statistics import geometric_mean
 
 SPEEDS = {
     "bounces": "speed, bounces, best call of each",
@@ -47,10 +47,6 @@ def ratios(scene):
     row |= {title: (lines[measure]["to_any_embree"],) for title, measure in SIZES.items()}
     row[FAST] = (fast_build(scene),)
     return {title: () if None in cell else cell for title, cell in row.items()}
-
-
-def geometric_mean(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def mean_of(rows):

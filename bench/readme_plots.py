@@ -14,9 +14,9 @@ of a scene with several rows the last one counts. --machine names the processor 
 import argparse
 import html
 import json
-import math
 import sys
 from pathlib import Path
+from statistics import geometric_mean
 
 import plots
 
@@ -24,10 +24,6 @@ KINDS = {"camera": "camera", "bounce1": "1st bounce", "bounce3": "3rd bounce", "
 EMBREE, FASTEST, KDTREE = "Embree, robust", "Embree, not robust", "kd-tree (watertight)"
 COLORS = {EMBREE: "#e69f00", FASTEST: "#f2cf87", KDTREE: "#0072b2"}
 BAR_PX, GAP_PX, HEIGHT_PX, TOP_PX, LEFT_PX = 18, 6, 190, 62, 44
-
-
-def geometric_mean(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def best_speed(accelerators, kind):

@@ -69,8 +69,8 @@ endfunction()
 # SOURCES a.cpp... LIBS libs...): GoogleTest program test_NAME; each of its tests is the ctest test
 # NAME.Suite.Test. With PROGRAM the program is test_PROGRAM, which several names share to save
 # compile time; a suite then belongs to one of the names. ALONE: sources are not compiled together.
-# Tests are compiled at -O1, in half of the time of -O3: most of their own time is that of what they
-# call.
+# Tests are compiled at -O1, in three fifths of the time of -O3, since most of their run time is
+# that of the libraries that they call.
 function(kindling_test name)
   cmake_parse_arguments(ARG "ALONE" "LABEL;TIMEOUT;PROGRAM" "SOURCES;LIBS" ${ARGN})
   if(NOT ARG_LABEL MATCHES "^(unit|statistical|image)$" OR ARG_UNPARSED_ARGUMENTS)
