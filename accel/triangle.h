@@ -83,10 +83,20 @@ struct ShearedCorner {
   ShearedCorner(float sheared_x, float sheared_y, float depth) : x(sheared_x), y(sheared_y), z(depth) {}
 };
 
-// Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets t, u and v
-// (see Hit) only then. Callers pass a finite t_max, so that no hit is at infinity.
-[[nodiscard]] inline bool intersect_sheared(const ShearedCorner& a, const ShearedCorner& b, const ShearedCorner& c,
-                                            float sz, float t_min, float t_max, float& t, float& u, float& v) {
+// A crossing of a triangle by the line of a ray. u and v (see Hit) are quotients, which many
+// queries need of the last crossing alone.
+struct ShearedCrossing {
+  float t = 0.0f;
+  float e1 = 0.0f, e2 = 0.0f, det = 1.0f;
+
+  [[nodiscard]] float u() const { return e1 / det; }
+  [[nodiscard]] float v() const { return e2 / det; }
+};
+
+// Returns true if the line of the ray crosses the triangle at t in (t_min, t_max]; sets `crossing`
+// only then. Callers pass a finite t_max, so that no hit is at infinity.
+[[nodiscard]] inline bool find_crossing(const ShearedCorner& a, const ShearedCorner& b, const ShearedCorner& c,
+                                        float sz, float t_min, float t_max, ShearedCrossing& crossing) {
   const float e0 = difference_of_products(c.x, b.y, c.y, b.x), e1 = difference_of_products(a.x, c.y, a.y, c.x),
               e2 = difference_of_products(b.x, a.y, b.y, a.x);
   const bool inside = (e0 >= 0.0f && e1 >= 0.0f && e2 >= 0.0f) || (e0 <= 0.0f && e1 <= 0.0f && e2 <= 0.0f);
@@ -94,9 +104,17 @@ struct ShearedCorner {
   if (!inside || det == 0.0f) return false;
   const float distance = (((e0 * a.z + e1 * b.z) + e2 * c.z) * sz) / det;
   if (!(distance > t_min && distance <= t_max)) return false;
-  t = distance;
-  u = e1 / det;
-  v = e2 / det;
+  crossing = {distance, e1, e2, det};
+  return true;
+}
+// The same with u and v.
+[[nodiscard]] inline bool intersect_sheared(const ShearedCorner& a, const ShearedCorner& b, const ShearedCorner& c,
+                                            float sz, float t_min, float t_max, float& t, float& u, float& v) {
+  ShearedCrossing crossing;
+  if (!find_crossing(a, b, c, sz, t_min, t_max, crossing)) return false;
+  t = crossing.t;
+  u = crossing.u();
+  v = crossing.v();
   return true;
 }
 // The same for corners that are not sheared yet.

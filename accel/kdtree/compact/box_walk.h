@@ -1,10 +1,14 @@
 // One ray through a tree with a stack of 256 bytes: scalar, without recursion.
 //
 // The walk visits the boxes that kernels/box_walk.h visits, in the same order and by the same
-// comparisons; the rules in kernels/traversal.h apply. But a child is tested when it is its turn,
-// by which time a hit may have ended the search, so a frame of the stack has the node and the
-// position of its next child. (The kernels test all eight at once and keep them with the distances
-// at which the ray enters them, which takes 2 KB.)
+// comparisons; the rules in kernels/traversal.h apply. All eight boxes of a node are tested at
+// once, and a frame of the stack has the node and a bit for each child that is still to be visited.
+// When it is a child's turn, a hit may have ended the search, so the distance at which the ray
+// enters its box is compared once more. (The kernels keep these distances, which takes 2 KB.)
+//
+// The rays of neighboring threads of a GPU differ, and a warp executes each way that some thread
+// takes. So there is one loop, in which every thread takes a step: into the next child, or to the
+// next triangles of a leaf; and it ends at one place (see meet()).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,9 +17,14 @@
 #include "accel/kdtree/view.h"
 #include "accel/kdtree/widening.h"
 #include "accel/motion_keys.h"
+#include "accel/vectors.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -35,10 +44,63 @@ namespace kindling::accel::kd::compact {
   return (high ? node.high : node.low)[axis][lane] +
          (high ? node.high_displacement : node.low_displacement)[axis][lane] * motion.fraction;
 }
+// Vectors wider than the target's registers are passed in memory; all functions are inlined, so no
+// binary interface depends on it.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+// The same of all children. A GPU reads four faces at a time, because it knows that rows are
+// aligned.
+using AlignedRow = float __attribute__((vector_size(32), may_alias));
+using AlignedChildren = int32_t __attribute__((vector_size(32), may_alias));
+static_assert(alignof(AlignedRow) == sizeof(Float8) && offsetof(BoxNode, low) % sizeof(Float8) == 0 &&
+              offsetof(BoxNode, child) % sizeof(Float8) == 0 && offsetof(MovingNode, child) % sizeof(Float8) == 0 &&
+              offsetof(MovingNode, low_displacement) % sizeof(Float8) == 0);
+[[nodiscard, gnu::always_inline]] inline Float8 row_of(const std::array<std::array<float, kWideLanes>, 3>& rows,
+                                                       uint32_t axis) {
+  return *reinterpret_cast<const AlignedRow*>(rows[axis].data());
+}
+[[nodiscard, gnu::always_inline]] inline Float8 faces_of(const BoxNode& node, bool high, uint32_t axis, Static) {
+  return row_of(high ? node.high : node.low, axis);
+}
+[[nodiscard, gnu::always_inline]] inline Float8 faces_of(const MovingNode& node, bool high, uint32_t axis,
+                                                         const Deforming& motion) {
+  return row_of(high ? node.high : node.low, axis) +
+         row_of(high ? node.high_displacement : node.low_displacement, axis) * motion.fraction;
+}
 // Bounds of a tree at the ray's time, between those at both ends of its slice.
 [[nodiscard]] inline float bound_of(float at_begin, float /*at_end*/, Static) { return at_begin; }
 [[nodiscard]] inline float bound_of(float at_begin, float at_end, const Deforming& motion) {
   return between(at_begin, at_end, motion.fraction);
+}
+
+// The larger and the smaller number of each lane, neither of which is NaN unless there is no child.
+[[nodiscard]] inline Float8 larger(const Float8& a, const Float8& b) {
+#ifdef __NVPTX__
+  return __builtin_elementwise_max(a, b); // an instruction for each lane instead of two
+#else
+  return vector_max(a, b);
+#endif
+}
+[[nodiscard]] inline Float8 smaller(const Float8& a, const Float8& b) {
+#ifdef __NVPTX__
+  return __builtin_elementwise_min(a, b);
+#else
+  return vector_min(a, b);
+#endif
+}
+
+// Returns a value that the compiler knows nothing about. Else it would let a thread of a GPU jump
+// past tests whose result it knows, and threads that took different ways would not meet there.
+template <class T>
+[[nodiscard, gnu::always_inline]] inline T meet(T value) {
+#ifdef __NVPTX__
+  if constexpr (sizeof(T) == 8)
+    asm volatile("" : "+l"(value));
+  else
+    asm volatile("" : "+r"(value));
+#endif
+  return value;
 }
 
 // A ray in the space of a tree, prepared to walk it.
@@ -60,66 +122,119 @@ class TreeWalk {
     for (int axis = 0; axis < 3; ++axis) down_ |= (std::signbit(component(ray.direction, axis)) ? 1U : 0U) << axis;
   }
 
-  // Finds the nearest hit in (t_min, t_far] and narrows t_far to it; any hit: returns true at the
-  // first. `accepts(candidate)` decides about meshes that are not opaque.
+  // Finds the nearest hit in (t_min, end_of_ray], and moves the end to it; any hit: returns true at
+  // the first. `accepts(candidate)` decides about meshes that are not opaque.
   template <bool kAny, class Accepts>
-  [[gnu::always_inline]] bool run(TreeStack& stack, float& t_far, TreeHit& best, const Accepts& accepts) const {
-    const auto test = [&](ChildWord leaf) __attribute__((always_inline)) {
-      return intersect_leaf<kAny>(tree_.leaves.data() + (leaf & ~kLeafBit), motion_, shear_, t_min_, t_far, best,
-                                  accepts);
-    };
-    if (!enters_tree(t_far)) return false;
-    if ((tree_.root & kLeafBit) != 0) return test(tree_.root) || (!kAny && best.is_hit());
-    uint32_t number = tree_.root, position = 0, top = 0;
-    while (true) {
-      const Node& node = nodes_[number];
-      const ChildWord child = next_child(node, position, t_far);
-      if (child == kBeyondEnd) break;
-      if (child == kEmptyChild) {
-        if (top == 0) break;
-        number = stack.frames[--top].node;
-        position = stack.frames[top].rest;
-      } else if ((child & kLeafBit) != 0) {
-        if (test(child)) return true;
-      } else {
-        if (position < kWideLanes) {
-          assert(top < TreeStack::kFrames);
-          stack.frames[top].node = number;
-          stack.frames[top++].rest = position;
+  [[gnu::always_inline]] bool run(TreeStack& stack, float& end_of_ray, TreeHit& best, const Accepts& accepts) const {
+    float t_far = end_of_ray; // a copy, which fits a register
+    Place place{.child = tree_.root};
+    NearestCrossing nearest;
+    uint32_t ended = enters_tree(t_far) ? 0 : 1;
+    while (ended == 0) {
+      if (place.unit == nullptr) ended = next_node(stack, t_far, place);
+      for (uint32_t i = 0; i < kTrianglesPerStep; ++i) {
+        if (meet(place.unit) == nullptr) continue;
+        if (test_triangle(place.unit, place.triangle, motion_, shear_, t_min_, t_far, nearest, accepts)) {
+          t_far = nearest.at.t;
+          if (kAny) ended = 1;
         }
-        number = child;
-        position = 0;
+        next_triangle(place);
       }
+      ended = meet(ended);
     }
-    return !kAny && best.is_hit();
+    if (!nearest.is_hit()) return false;
+    if (kAny) return true;
+    end_of_ray = t_far;
+    best = nearest.template hit<Block>();
+    return true;
   }
 
  private:
-  static constexpr ChildWord kBeyondEnd = ~0U; // no leaf is there: see kLeafPadding
+  using Block = typename LeafOf<Motion>::Block;
+  static constexpr uint32_t kTrianglesPerStep = 2;
 
-  // Returns the first child from a position of the ray's order on that the ray enters, and sets the
-  // position after it. Returns kEmptyChild if there is none, and kBeyondEnd if what follows lies
-  // beyond the end of the ray, in this node and in all others.
-  [[nodiscard, gnu::always_inline]] ChildWord next_child(const Node& node, uint32_t& position, float t_far) const {
+  // The place of a ray in the tree.
+  struct Place {
+    ChildWord child = kEmptyChild;  // the next to visit, before others; empty: by `rest`
+    uint32_t node = 0, rest = 0;    // the node, and its children that are still to be visited, by the ray's order
+    uint32_t top = 0;               // number of frames on the stack
+    const LeafUnit* unit = nullptr; // the block of a leaf, if the ray is in one
+    uint32_t triangle = 0;          // of the block: the next
+  };
+
+  // Enters the next child: moves to its first triangle, or finds which of its own children the ray
+  // enters. Returns 1 if there is none, or none before the end of the ray, else 0.
+  [[nodiscard, gnu::always_inline]] uint32_t next_node(TreeStack& stack, float t_far, Place& place) const {
     const float end = t_far * unit_;
-    while (position < kWideLanes) {
-      const uint32_t lane = (node.order[down_] >> (4 * position++)) & 7U;
-      if (node.child[lane] == kEmptyChild) break; // as are the rest
-      Interval inside{t_min_ * unit_, std::numeric_limits<float>::max()};
-      for (uint32_t k = 0; k < 3; ++k)
-        inside = inside.from(distance(face(node, k, 0, lane), k)).until(distance(face(node, k, 1, lane), k));
-      if (!inside.is_entered()) continue;
-      if (kInOrder && !(inside.enter <= end * kBeyond)) return kBeyondEnd;
-      if (inside.until(end).is_entered()) return node.child[lane];
+    ChildWord child = place.child;
+    place.child = kEmptyChild;
+    if (child == kEmptyChild) {
+      if (place.rest == 0) {
+        if (place.top == 0) return 1;
+        const TreeStack::Frame& frame = stack.frames[--place.top];
+        place.node = frame.node;
+        place.rest = frame.rest;
+      }
+      const Node& node = nodes_[place.node];
+      const auto position = static_cast<uint32_t>(std::countr_zero(place.rest));
+      place.rest &= place.rest - 1;
+      const uint32_t lane = lane_at(node.order[down_], position);
+      if (!(distance_to(node, lane) <= end * kBeyond)) return kInOrder ? 1 : 0;
+      child = node.child[lane];
     }
-    position = kWideLanes;
-    return kEmptyChild;
+    if ((child & kLeafBit) != 0) {
+      place.unit = tree_.leaves.data() + (child & ~kLeafBit);
+      return 0;
+    }
+    if (place.rest != 0) {
+      assert(place.top < TreeStack::kFrames);
+      stack.frames[place.top].node = place.node;
+      stack.frames[place.top++].rest = place.rest;
+    }
+    place.node = child;
+    place.rest = entered_children(nodes_[child], end);
+    return 0;
   }
-  // Returns the face of a child's box across an axis that the ray meets first, or last.
-  [[nodiscard]] float face(const Node& node, uint32_t k, uint32_t last, uint32_t lane) const {
-    return face_of(node, ((down_ >> k) & 1U) != last, k, lane, motion_);
+
+  // Moves to the triangle after this one.
+  [[gnu::always_inline]] static void next_triangle(Place& place) {
+    const Block block(place.unit);
+    if (++place.triangle < block.triangle_count()) return;
+    const uint32_t next = block.units_to_next();
+    place.unit = next == 0 ? nullptr : place.unit + next;
+    place.triangle = 0;
   }
-  [[nodiscard]] float distance(float face, uint32_t k) const {
+
+  // Returns the lane of a child by its position in the ray's order.
+  [[nodiscard]] static uint32_t lane_at(uint32_t order, uint32_t position) { return (order >> (4 * position)) & 7U; }
+
+  // Returns a bit for each position in the ray's order whose child the ray enters before `end`.
+  [[nodiscard, gnu::always_inline]] uint32_t entered_children(const Node& node, float end) const {
+    Float8 enter = splat(t_min_ * unit_), leave = splat(end);
+    for (uint32_t k = 0; k < 3; ++k) {
+      const bool is_down = ((down_ >> k) & 1U) != 0;
+      enter = larger(enter, distance(faces_of(node, is_down, k, motion_), k));
+      leave = smaller(leave, distance(faces_of(node, !is_down, k, motion_), k));
+    }
+    const uint32_t lanes =
+        sign_bits((enter <= leave * kWiden) & (*reinterpret_cast<const AlignedChildren*>(node.child.data()) != 0));
+    uint32_t positions = 0;
+    const uint32_t order = node.order[down_];
+    for (uint32_t i = 0; i < kWideLanes; ++i) positions |= ((lanes >> lane_at(order, i)) & 1U) << i;
+    return positions;
+  }
+  // Returns the distance at which the ray enters a child.
+  [[nodiscard]] float distance_to(const Node& node, uint32_t lane) const {
+    float enter = t_min_ * unit_;
+    for (uint32_t k = 0; k < 3; ++k) {
+      const bool is_down = ((down_ >> k) & 1U) != 0;
+      enter = std::max(enter, distance(face_of(node, is_down, k, lane, motion_), k));
+    }
+    return enter;
+  }
+  // `face`: one, or those of all children.
+  template <class Real>
+  [[nodiscard, gnu::always_inline]] Real distance(const Real& face, uint32_t k) const {
     const auto axis = static_cast<int>(k);
     return (face - component(origin_, axis)) * component(reciprocal_, axis);
   }
@@ -144,5 +259,7 @@ class TreeWalk {
   float t_min_, unit_; // distances to boxes are multiplied by `unit_`: not 1 if the direction is_short()
   uint32_t down_ = 0;  // bit k: the direction's sign along axis k
 };
+
+#pragma GCC diagnostic pop
 
 } // namespace kindling::accel::kd::compact

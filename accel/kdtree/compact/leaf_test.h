@@ -87,33 +87,41 @@ struct LeafOf<Deforming> {
   using Vertices = MovingVertices;
 };
 
-// Tests the triangles of a leaf, wherever on the ray they are hit. Nearest hit: narrows t_far and
-// sets best; of hits at equal distance the smallest primitive wins. Any hit: returns true at the
-// first. `accepts(candidate)` decides about meshes that are not opaque.
-template <bool kAny, class Motion, class Accepts>
-[[gnu::always_inline]] inline bool intersect_leaf(const LeafUnit* unit, const Motion& motion, const RayShear& ray,
-                                                  float t_min, float& t_far, TreeHit& best, const Accepts& accepts) {
-  while (true) {
-    const typename LeafOf<Motion>::Block block(unit);
-    const typename LeafOf<Motion>::Vertices vertices(block, ray, motion);
-    const uint32_t count = block.triangle_count();
-    for (uint32_t i = 0; i < count; ++i) {
-      const uint32_t corners = block.corners()[i];
-      TreeHit candidate;
-      if (!intersect_sheared(vertices[corners & 15U], vertices[(corners >> 4) & 15U], vertices[(corners >> 8) & 15U],
-                             ray.sz, t_min, t_far, candidate.t, candidate.u, candidate.v))
-        continue;
-      candidate.primitive = block.primitive(i);
-      if (best.is_hit() && candidate.t == best.t && candidate.primitive >= best.primitive) continue;
-      if (((block.filtered() >> i) & 1U) != 0 && !accepts(candidate)) continue;
-      best = candidate;
-      t_far = candidate.t;
-      if (kAny) return true;
-    }
-    const uint32_t next = block.units_to_next();
-    if (next == 0) return false;
-    unit += next;
+// The nearest crossing so far in one tree. A block finds out the number of its primitive, and the
+// crossing its u and v, when they are needed.
+struct NearestCrossing {
+  const LeafUnit* unit = nullptr; // the block; null: none
+  uint32_t triangle = 0;          // of the block
+  ShearedCrossing at;
+
+  [[nodiscard]] bool is_hit() const { return unit != nullptr; }
+  template <class Block>
+  [[nodiscard]] TreeHit hit() const {
+    return {at.t, at.u(), at.v(), Block(unit).primitive(triangle)};
   }
+};
+
+// Tests a triangle of a block, wherever on the ray it is hit. Returns true, and sets `nearest`, if
+// it counts: if it is not beyond t_far; of hits at equal distance the smallest primitive does.
+// `accepts(candidate)` decides about meshes that are not opaque.
+template <class Motion, class Accepts>
+[[gnu::always_inline]] inline bool test_triangle(const LeafUnit* unit, uint32_t triangle, const Motion& motion,
+                                                 const RayShear& ray, float t_min, float t_far,
+                                                 NearestCrossing& nearest, const Accepts& accepts) {
+  using Block = typename LeafOf<Motion>::Block;
+  const Block block(unit);
+  const typename LeafOf<Motion>::Vertices vertices(block, ray, motion);
+  const uint32_t corners = block.corners()[triangle];
+  NearestCrossing candidate{unit, triangle, {}};
+  if (!find_crossing(vertices[corners & 15U], vertices[(corners >> 4) & 15U], vertices[(corners >> 8) & 15U], ray.sz,
+                     t_min, t_far, candidate.at))
+    return false;
+  if (nearest.is_hit() && candidate.at.t == nearest.at.t &&
+      block.primitive(triangle) >= Block(nearest.unit).primitive(nearest.triangle))
+    return false;
+  if (((block.filtered() >> triangle) & 1U) != 0 && !accepts(candidate.template hit<Block>())) return false;
+  nearest = candidate;
+  return true;
 }
 
 } // namespace kindling::accel::kd::compact

@@ -13,14 +13,14 @@ inline constexpr u32 kWarp = 32;
 struct Count {
   u64 launches = 0, threads = 0;
   u64 instructions = 0; // of threads
-  u64 issued = 0;       // of warps: by min_depth_first below
+  u64 issued = 0;       // of warps: by issued_by_warp()
   Traffic traffic;
 };
 
-// Returns the instructions that a warp issues for threads that took these steps. As long as any are
-// left, the threads at one block execute it together: at one of the deepest calls, and of these the
-// first in the text. So threads meet again where their ways do (S. Collange, "Stack-less SIMT
-// reconvergence at low cost", 2011). Functions of one depth are in the order of their addresses.
+// Returns the instructions that a warp issues for threads that took these steps. Threads that part
+// at a branch take their ways one after the other, and wait for each other at its immediate
+// post-dominator, where NVIDIA's compilers put barriers of convergence since Volta (W. Fung et al.,
+// "Dynamic warp formation and scheduling for efficient GPU control flow", MICRO 2007).
 [[nodiscard]] u64 issued_by_warp(const std::vector<std::vector<Step>>& threads);
 
 // Adds to the counts of kernel `name`; any thread may call it. At the end of the process they are

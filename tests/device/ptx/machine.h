@@ -26,10 +26,12 @@ struct Region {
 };
 
 // A function by its name in PTX, with the number of instructions of each of its blocks: all of a
-// block are executed, or none.
+// block are executed, or none. For each block, the one where all ways from it meet again: its
+// immediate post-dominator, or the number of blocks if that is the function's end.
 struct Function {
   const char* name = nullptr;
   const u32* blocks = nullptr;
+  const u32* meetings = nullptr;
 };
 // A line of its text, counted from the function's first one.
 struct Place {

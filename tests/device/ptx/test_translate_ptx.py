@@ -13,6 +13,7 @@ import tempfile
 import unittest
 
 from instruction_cases import CASES
+from translate_function import immediate_postdominators
 
 CLANG, ROOT = "clang++-19", pathlib.Path(__file__).resolve().parents[3]
 FLAGS = ["-std=c++20", "-O1", "-w", "-fPIC", "-shared", "-pthread", "-ffp-contract=off", "-ftrivial-auto-var-init=pattern"]
@@ -214,6 +215,20 @@ class Translated(unittest.TestCase):
     def test_blocks_above_the_launch_bounds_are_refused(self):
         self.assertEqual(self.launch("bounded", 100, 32), 0)
         self.assertEqual(self.launch("bounded", 100, 33), 1)
+
+    def test_ways_meet_at_immediate_postdominators(self):
+        self.assertEqual(immediate_postdominators([[1, 2], [3], [3], [4]]), [3, 3, 3, 4])  # two ways
+        self.assertEqual(immediate_postdominators([[1], [2, 3], [1], [4]]), [1, 3, 1, 4])  # a loop around 1 and 2
+        self.assertEqual(immediate_postdominators([[1], [2, 3], [1, 3], [4]]), [1, 3, 3, 4])  # that also ends in the middle
+        self.assertEqual(immediate_postdominators([[1, 2], [3], [4], [4]]), [4, 3, 4, 4])  # a return
+        self.assertEqual(immediate_postdominators([[1, 2], [1], [3]]), [2, 3, 3])  # a way without an end does not count
+
+    def test_blocks_and_their_meetings_are_those_of_the_text(self):
+        text = (pathlib.Path(self.folder.name) / "part_0.cpp").read_text(encoding="utf-8")
+        # What all kernels begin with, before the loop, in it, behind it, and the return.
+        self.assertIn('blocks[] = {8, 2, 4, 1, 1};\nstatic constexpr u32 meetings[] = {4, 2, 3, 4, 5};\nstatic constexpr Function function{"loop",', text)
+        # A call ends a block, and the next one follows.
+        self.assertIn('blocks[] = {8, 3, 2, 1};\nstatic constexpr u32 meetings[] = {3, 2, 3, 4};\nstatic constexpr Function function{"call",', text)
 
     def test_unknown_text_is_refused(self):
         for body, words in REFUSED.items():

@@ -39,6 +39,48 @@ def split_operands(text):
     return [part.strip() for part in re.findall(r"(?:\{[^}]*\}|\[[^\]]*\]|[^,])+", text)]
 
 
+def immediate_postdominators(targets):
+    """Of each block of a function, by the blocks that may follow each; the number of blocks stands for its end. Blocks
+    without a way to the end get the end (Cooper, Harvey, Kennedy, "A simple, fast dominance algorithm", 2001)."""
+    end = len(targets)
+    sources = [[] for _ in range(end + 1)]
+    for block, following in enumerate(targets):
+        for target in following:
+            sources[target].append(block)
+    order, seen, stack = [], {end}, [(end, iter(sources[end]))]  # backwards, depth first
+    while stack:
+        block, left = stack[-1]
+        source = next((one for one in left if one not in seen), None)
+        if source is None:
+            order.append(stack.pop()[0])
+        else:
+            seen.add(source)
+            stack.append((source, iter(sources[source])))
+    place = {block: number for number, block in enumerate(order)}
+    found = {end: end}
+
+    def common(a, b):
+        while a != b:
+            while place[a] < place[b]:
+                a = found[a]
+            while place[b] < place[a]:
+                b = found[b]
+        return a
+
+    changed = True
+    while changed:
+        changed = False
+        for block in reversed(order[:-1]):
+            meeting = None
+            for target in targets[block]:
+                if target in found:
+                    meeting = target if meeting is None else common(target, meeting)
+            if found.get(block) != meeting:
+                found[block] = meeting
+                changed = True
+    return [found.get(block, end) for block in range(end)]
+
+
 class FunctionWriter:
     """Writes one function. `names`: those of all functions and variables; `mentioned` are the ones that it refers to."""
 
@@ -50,6 +92,8 @@ class FunctionWriter:
         self.parameters = {one.name: one for one in function.results + function.parameters}
         self.local = None
         self.blocks = []  # instructions in each
+        self.targets = []  # of each: labels, None for the block after it; none at all where the function ends
+        self.labels = {}  # the number of the block that follows each
         self.needs_block = True
         self.used = set()
         self.at = None
@@ -67,8 +111,9 @@ class FunctionWriter:
             self.at = statement
             lines.append(self.statement(statement.text))
         counts = ", ".join(str(count) for count in self.blocks)
-        head = [f"{signature} {{", f"static constexpr u32 blocks[] = {{{counts}}};"]
-        head.append(f'static constexpr Function function{{"{self.function.name}", blocks}};')
+        meetings = ", ".join(str(block) for block in self.meetings())
+        head = [f"{signature} {{", f"static constexpr u32 blocks[] = {{{counts}}};", f"static constexpr u32 meetings[] = {{{meetings}}};"]
+        head.append(f'static constexpr Function function{{"{self.function.name}", blocks, meetings}};')
         for register in sorted(self.used):
             head.append(f"{self.registers[register]} {cpp_name(register)};")
         head += ["bool carry;", "const u64 used = t.used();"]
@@ -76,11 +121,19 @@ class FunctionWriter:
             head.append(f"const u64 {cpp_name(self.local.name)} = t.enter({self.local.size}, {self.local.align});")
         return "\n".join([*head, *lines, "}", ""])
 
+    def meetings(self):
+        """For each block the first one that every way from it comes to: its immediate post-dominator. The number of
+        blocks stands for the end of the function."""
+        end = len(self.blocks)
+        numbers = [[block + 1 if label is None else self.labels[label] for label in labels] or [end] for block, labels in enumerate(self.targets)]
+        return immediate_postdominators(numbers)
+
     def statement(self, text):
         if text in "{}":
             return text
         if text.endswith(":"):
             self.needs_block = True
+            self.labels[text[:-1]] = len(self.blocks)
             return f"{cpp_name(text[:-1])}:"
         word = text.split()[0]
         if word.startswith("."):
@@ -89,6 +142,7 @@ class FunctionWriter:
         if self.needs_block:
             block = f"STEP({len(self.blocks)});\n"
             self.blocks.append(0)
+            self.targets.append([None])
             self.needs_block = False
         self.blocks[-1] += 1
         guard = ""
@@ -97,6 +151,7 @@ class FunctionWriter:
             text = match[3]
             if not text.startswith("bra"):
                 raise self.error("only branches may have a guard")
+            self.targets[-1].append(text.split()[-1])
         opcode, _, operands = text.partition(" ")
         return block + guard + self.instruction(opcode, operands)
 
@@ -294,6 +349,8 @@ class FunctionWriter:
         if words not in ([], ["uni"]) or not re.fullmatch(r"[\w$]+", operands):
             raise self.error("this instruction is not known")
         self.needs_block = True
+        if operands not in self.targets[-1]:
+            self.targets[-1] = [operands]
         return f"goto {cpp_name(operands)};"
 
     def write_call(self, words, operands):
@@ -311,12 +368,14 @@ class FunctionWriter:
         if words or operands:
             raise self.error("this instruction is not known")
         self.needs_block = True
+        self.targets[-1] = []
         return "{ t.leave(used); return; }"
 
     def write_trap(self, words, operands):
         if words or operands:
             raise self.error("this instruction is not known")
         self.needs_block = True
+        self.targets[-1] = []
         return f'fault("{self.at.text} in line {self.place()} of {self.function.name}");'
 
     # A kernel returns; LLVM's back end writes exit where the program cannot come to.
