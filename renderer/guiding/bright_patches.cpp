@@ -1,7 +1,9 @@
-// Selection, sampling and density of bright patches, in vectorizable loops.
+// Selection, sampling and density of bright patches, eight at a time.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/bright_patches.h"
 
+#include "renderer/base/lanes.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/guiding/guide_record.h"
 
 #include <cassert>
@@ -9,15 +11,41 @@
 namespace kindling {
 namespace {
 
-constexpr size_t kVector = 8;
+constexpr size_t kVector = Lanes::kCount;
 
-// Sums in an order that vectors can follow.
-float sum_of(const float* lanes, size_t count) {
-  std::array<float, kVector> sums{};
-  for (size_t j = 0; j < count; j += kVector)
-    for (size_t k = 0; k < kVector; ++k) sums[k] += lanes[j + k];
-  return ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
-}
+// The numbers with which patches are computed: eight at a time, but one by one on a GPU, whose
+// threads have no vectors. Sums have the order of vectors on both.
+#if KINDLING_ON_GPU
+using Patches = float;
+constexpr size_t kStep = 1;
+float load(const float* values) { return *values; }
+void store(float patch, float* values) { *values = patch; }
+#else
+using Patches = Lanes;
+constexpr size_t kStep = kVector;
+Lanes load(const float* values) { return Lanes::load(values); }
+void store(const Lanes& patches, float* values) { patches.store(values); }
+#endif
+
+// Sums of the patches whose numbers have the same remainder by eight, and of these sums.
+class PatchSums {
+ public:
+#if KINDLING_ON_GPU
+  void add(size_t patch, float value) { sums_[patch % kVector] += value; }
+#else
+  void add(size_t /*first_patch*/, const Lanes& values) { sums_ = sums_ + values; }
+#endif
+  [[nodiscard]] float total() const {
+    return ((sums_[0] + sums_[1]) + (sums_[2] + sums_[3])) + ((sums_[4] + sums_[5]) + (sums_[6] + sums_[7]));
+  }
+
+ private:
+#if KINDLING_ON_GPU
+  std::array<float, kVector> sums_{};
+#else
+  Lanes sums_{0.0f};
+#endif
+};
 
 } // namespace
 
@@ -41,31 +69,40 @@ BrightPatches::BrightPatches(std::span<const BrightPatch> patches)
 // Uses form factors between small elements, with a lower bound of the distance.
 void BrightPatches::chances(const V3f& position, const V3f& normal, Chances& chances) const {
   float* const out = chances.of.data();
-  for (size_t j = 0; j < lanes_; ++j) {
-    const float dx = center_x_[j] - position.x, dy = center_y_[j] - position.y, dz = center_z_[j] - position.z;
-    const float here = std::max(dx * normal.x + dy * normal.y + dz * normal.z, 0.0f);
-    const float there = std::max(-(dx * normal_x_[j] + dy * normal_y_[j] + dz * normal_z_[j]), 0.0f);
-    const float distance2 = dx * dx + dy * dy + dz * dz + 0.25f * area_[j];
-    out[j] = distance2 > 0.0f ? strength_[j] * area_[j] * here * there / (distance2 * distance2) : 0.0f;
+  PatchSums sums;
+  for (size_t j = 0; j < lanes_; j += kStep) {
+    const Patches dx = load(&center_x_[j]) - position.x, dy = load(&center_y_[j]) - position.y,
+                  dz = load(&center_z_[j]) - position.z, area = load(&area_[j]), zero = 0.0f;
+    const Patches here = maximum(dx * normal.x + dy * normal.y + dz * normal.z, zero);
+    const Patches there =
+        maximum(-(dx * load(&normal_x_[j]) + dy * load(&normal_y_[j]) + dz * load(&normal_z_[j])), zero);
+    const Patches distance2 = dx * dx + dy * dy + dz * dz + area * 0.25f;
+    const Patches unscaled =
+        select(distance2 > 0.0f, load(&strength_[j]) * area * here * there / (distance2 * distance2), zero);
+    store(unscaled, out + j);
+    sums.add(j, unscaled);
   }
-  const float sum = sum_of(out, lanes_);
+  const float sum = sums.total();
   const float scale = 1.0f / std::max(1.0f + sum, sum * (1.0f / (1.0f - kMinRest)));
-  for (size_t j = 0; j < lanes_; ++j) out[j] *= scale;
+  for (size_t j = 0; j < lanes_; j += kStep) store(load(out + j) * scale, out + j);
   chances.sum = sum * scale;
 }
 
 float BrightPatches::density(const Chances& chances, const V3f& position, const V3f& wi) const {
-  alignas(32) Lanes densities;
-  for (size_t j = 0; j < lanes_; ++j) {
-    const float dx = center_x_[j] - position.x, dy = center_y_[j] - position.y, dz = center_z_[j] - position.z;
-    const float across = normal_x_[j] * wi.x + normal_y_[j] * wi.y + normal_z_[j] * wi.z;
-    const float distance = (normal_x_[j] * dx + normal_y_[j] * dy + normal_z_[j] * dz) / across;
-    const bool inside = (std::fabs(wi.x * distance - dx) <= reach_x_[j]) &
-                        (std::fabs(wi.y * distance - dy) <= reach_y_[j]) &
-                        (std::fabs(wi.z * distance - dz) <= reach_z_[j]) & (across < 0.0f) & (distance > 0.0f);
-    densities[j] = inside ? chances.of[j] * distance * distance * inverse_area_[j] / -across : 0.0f;
+  PatchSums sums;
+  for (size_t j = 0; j < lanes_; j += kStep) {
+    const Patches dx = load(&center_x_[j]) - position.x, dy = load(&center_y_[j]) - position.y,
+                  dz = load(&center_z_[j]) - position.z;
+    const Patches nx = load(&normal_x_[j]), ny = load(&normal_y_[j]), nz = load(&normal_z_[j]);
+    const Patches across = nx * wi.x + ny * wi.y + nz * wi.z;
+    const Patches distance = (nx * dx + ny * dy + nz * dz) / across;
+    const auto inside = (absolute(distance * wi.x - dx) <= load(&reach_x_[j])) &
+                        (absolute(distance * wi.y - dy) <= load(&reach_y_[j])) &
+                        (absolute(distance * wi.z - dz) <= load(&reach_z_[j])) & (across < 0.0f) & (distance > 0.0f);
+    const Patches here = load(&chances.of[j]) * distance * distance * load(&inverse_area_[j]) / -across;
+    sums.add(j, select(inside, here, Patches(0.0f)));
   }
-  return sum_of(densities.data(), lanes_);
+  return sums.total();
 }
 
 std::optional<V3f> BrightPatches::sample(const Chances& chances, const V3f& position, float u_patch,

@@ -51,15 +51,15 @@ class BrightPatches {
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
  private:
-  using Lanes = std::array<float, kMax>;
+  using Numbers = std::array<float, kMax>;
 
   size_t count_ = 0;
   size_t lanes_ = 0; // count_, rounded up to whole vectors
   std::array<BrightPatch, kMax> patches_;
-  alignas(32) Lanes center_x_{}, center_y_{}, center_z_{};
-  alignas(32) Lanes normal_x_{}, normal_y_{}, normal_z_{};
-  alignas(32) Lanes reach_x_{}, reach_y_{}, reach_z_{};    // half sizes; infinite along the normal
-  alignas(32) Lanes area_{}, inverse_area_{}, strength_{}; // strength over pi
+  alignas(32) Numbers center_x_{}, center_y_{}, center_z_{};
+  alignas(32) Numbers normal_x_{}, normal_y_{}, normal_z_{};
+  alignas(32) Numbers reach_x_{}, reach_y_{}, reach_z_{};    // half sizes; infinite along the normal
+  alignas(32) Numbers area_{}, inverse_area_{}, strength_{}; // strength over pi
 };
 
 } // namespace kindling

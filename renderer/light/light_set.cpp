@@ -87,21 +87,22 @@ float LightSetView::tree_probability(const V3f& point, const V3f& normal, const 
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-std::optional<LightSetView::Choice> LightSetView::choose_kind(const LightQuery& query) const {
+void LightSetView::choose_kind(const LightQuery& query, std::optional<Choice>& choice) const {
   assert(query.u.x >= 0.0f && query.u.x <= 1.0f && query.u.y >= 0.0f && query.u.y <= 1.0f);
-  if (empty()) return std::nullopt;
-  Choice result;
+  choice.reset();
+  if (empty()) return;
+  Choice& result = choice.emplace();
   result.rest = static_cast<double>(query.u.x);
   if (single_kind && has_environment) {
     result.kind = LightKind::environment;
-    return result;
+    return;
   }
-  if (single_kind && tree.by_intensity) return result;
+  if (single_kind && tree.by_intensity) return;
   // A draw is a multiple of 2^-24. Digits below that give improbable lights their exact
   // probability.
   const auto digits = hash_combine(std::bit_cast<uint32_t>(query.digits), std::bit_cast<uint32_t>(query.u.y));
   result.rest += static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
-  if (single_kind) return result;
+  if (single_kind) return;
   // The order is: tree, directional lights, environment.
   const SelectionWeights all = selection_weights(query.point, query.normal, query.learned);
   result.rest *= static_cast<double>(all.sum);
@@ -114,20 +115,22 @@ std::optional<LightSetView::Choice> LightSetView::choose_kind(const LightQuery& 
     result.rest -= static_cast<double>(weight);
     return false;
   };
-  if (chooses(all.tree)) return result;
+  if (chooses(all.tree)) return;
   for (size_t i = first_directional; i < punctuals.size(); ++i) {
     if (!chooses(light_selection_weight(directional_irradiance(punctuals[i], query.normal), all.strongest) *
                  all.directional_scale))
       continue;
     result.kind = LightKind::directional;
     result.directional = static_cast<uint32_t>(i);
-    return result;
+    return;
   }
-  if (!(all.environment > 0.0f)) return std::nullopt;
+  if (!(all.environment > 0.0f)) {
+    choice.reset();
+    return;
+  }
   result.kind = LightKind::environment;
   result.rest /= static_cast<double>(all.environment);
   result.probability = all.environment / all.sum;
-  return result;
 }
 
 std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, const Choice& choice,
@@ -162,7 +165,8 @@ bool LightSetView::complete(const Choice& choice, LightSample& sample) {
 }
 
 std::optional<LightSample> LightSetView::sample(const LightQuery& query) const {
-  const std::optional<Choice> choice = choose_kind(query);
+  std::optional<Choice> choice;
+  choose_kind(query, choice);
   if (!choice) return std::nullopt;
   return sample_chosen(query, *choice,
                        choice->kind == LightKind::tree ? tree.choose(query.point, query.normal, choice->rest)
@@ -180,11 +184,12 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
   std::array<LightTree::Query, kGroup> descents;                 // through the tree
   std::array<std::optional<LightTree::Choice>, kGroup> emitters; // results of the descents
   std::array<ChosenTriangle, kGroup> on_triangles;
+  const std::optional<LightTree::Choice> no_emitter;
   for (size_t first = 0; first < queries.size(); first += kGroup) {
     const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
     size_t draw_count = 0, descent_count = 0;
     for (size_t i = 0; i < group.size(); ++i) {
-      choices[i] = choose_kind(group[i]);
+      choose_kind(group[i], choices[i]);
       if (!choices[i]) continue;
       if (choices[i]->kind == LightKind::environment)
         draws[draw_count++] = {first_coordinate(choices[i]->rest), group[i].u.y};
@@ -205,9 +210,9 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
         continue;
       }
       const bool in_tree = choices[i]->kind == LightKind::tree;
-      const std::optional<LightTree::Choice> emitter = in_tree ? emitters[descent++] : std::nullopt;
+      const std::optional<LightTree::Choice>& emitter = in_tree ? emitters[descent++] : no_emitter;
       if (emitter && emitter->emitter < std::min(triangles.size(), size_t{first_moving}))
-        on_triangles[triangle_count++] = {static_cast<uint32_t>(i), *emitter};
+        on_triangles[triangle_count++] = {static_cast<uint32_t>(i), &*emitter};
       else
         sample = sample_chosen(group[i], *choices[i], emitter);
     }
@@ -253,10 +258,10 @@ void LightSetView::sample_triangles(std::span<const ChosenTriangle> chosen, std:
   LaneNumbers u_x, u_y;
   for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
     const ChosenTriangle& at = chosen[std::min(lane, chosen.size() - 1)];
-    const Triangle& t = triangles[at.emitter.emitter];
+    const Triangle& t = triangles[at.emitter->emitter];
     p0.set(lane, t.p0), p1.set(lane, t.p1), p2.set(lane, t.p2);
     points.set(lane, queries[at.query].point);
-    u_x[lane] = first_coordinate(at.emitter.u);
+    u_x[lane] = first_coordinate(at.emitter->u);
     u_y[lane] = queries[at.query].u.y;
   }
   const TriangleLanes t{p0.load(), p1.load(), p2.load()};
@@ -275,10 +280,10 @@ void LightSetView::sample_triangles(std::span<const ChosenTriangle> chosen, std:
     const ChosenTriangle& at = chosen[lane];
     const float* const row = rows[lane];
     LightSample& sample = samples[at.query].emplace();
-    const bool seen = set_point(at.emitter.emitter, {{row[0], row[1], row[2]}, row[3], row[4], {row[5], row[6]}},
+    const bool seen = set_point(at.emitter->emitter, {{row[0], row[1], row[2]}, row[3], row[4], {row[5], row[6]}},
                                 front[lane] != 0, unit_normals[lane], sample);
-    sample.pdf *= at.emitter.probability;
-    sample.emitter = at.emitter.emitter;
+    sample.pdf *= at.emitter->probability;
+    sample.emitter = at.emitter->emitter;
     if (!seen || !complete(*choices[at.query], sample)) samples[at.query].reset();
   }
 }

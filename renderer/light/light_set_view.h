@@ -183,11 +183,12 @@ struct LightSetView {
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal,
                                               const LightProbabilities* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
-  [[nodiscard]] std::optional<Choice> choose_kind(const LightQuery& query) const;
+  // Sets the choice in its place: copies of what has just been written in parts would be slow.
+  void choose_kind(const LightQuery& query, std::optional<Choice>& choice) const;
   // A query whose choice is a triangle.
   struct ChosenTriangle {
-    uint32_t query = 0; // its index
-    LightTree::Choice emitter;
+    uint32_t query; // its index
+    const LightTree::Choice* emitter;
   };
   // `emitter` is the tree's choice for choice.rest if the kind is tree.
   [[nodiscard]] std::optional<LightSample> sample_chosen(const LightQuery& query, const Choice& choice,

@@ -47,11 +47,12 @@ struct LightTreeView {
     if (u < first) return Choice{few[0], few_probability[0], u / first};
     return Choice{few[1], few_probability[1], (u - first) / (1.0 - first)};
   }
-  // The same choices for many points, interleaved to hide memory latency.
+  // The same choices for many points, interleaved to hide memory latency. A query is not
+  // initialized, so that arrays of them cost nothing.
   struct Query {
     V3f point;
     V3f normal;
-    double u = 0.0;
+    double u;
   };
   void choose(std::span<const Query> queries, std::span<std::optional<Choice>> choices) const;
   // Returns the probability with which choose() selects this emitter; 0 if never.

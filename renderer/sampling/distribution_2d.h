@@ -22,9 +22,10 @@ struct Distribution2DView {
     uint32_t row = 0;
   };
 
+  // Not initialized, so that arrays of them cost nothing.
   struct Cell {
-    uint32_t column = 0;
-    uint32_t row = 0;
+    uint32_t column;
+    uint32_t row;
   };
 
   // Returns the sample of u in [0, 1)^2.

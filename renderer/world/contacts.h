@@ -5,6 +5,7 @@
 #include "accel/accelerator.h"
 #include "renderer/base/math.h"
 #include "renderer/base/owned_arrays.h"
+#include "renderer/base/prefetch.h"
 
 #include <array>
 #include <bit>
@@ -42,6 +43,10 @@ struct ContactsView {
     }
   }
   [[nodiscard]] bool empty() const { return table.empty(); }
+  // Prefetches the memory that at() reads first. The table is not empty.
+  void prefetch(const accel::Hit& hit) const {
+    ::kindling::prefetch(&table[slot_of(hit.mesh, hit.triangle) & (table.size() - 1)]);
+  }
 
   [[nodiscard]] static uint32_t cell(float coordinate) {
     return cell_of(coordinate * static_cast<float>(kCells), kCells - 1);

@@ -48,7 +48,9 @@ void WorldView::prefetch(std::span<const accel::Ray> rays, std::span<const accel
                          std::span<RayFootprint> footprints) const {
   if (!exceeds_caches) return;
   for (const accel::Hit& hit : hits) {
-    if (hit.is_hit()) ::kindling::prefetch(geometries[hit.mesh].indices.data() + size_t{hit.triangle} * 3);
+    if (!hit.is_hit()) continue;
+    ::kindling::prefetch(geometries[hit.mesh].indices.data() + size_t{hit.triangle} * 3);
+    if (!contacts.empty()) contacts.prefetch(hit);
   }
   for (const accel::Hit& hit : hits) {
     if (!hit.is_hit()) continue;

@@ -53,7 +53,7 @@ namespace kindling::accel::kd::compact {
 // aligned.
 using AlignedRow = float __attribute__((vector_size(32), may_alias));
 using AlignedChildren = int32_t __attribute__((vector_size(32), may_alias));
-static_assert(alignof(AlignedRow) == sizeof(Float8) && offsetof(BoxNode, low) % sizeof(Float8) == 0 &&
+static_assert(alignof(AlignedRow) <= sizeof(Float8) && offsetof(BoxNode, low) % sizeof(Float8) == 0 &&
               offsetof(BoxNode, child) % sizeof(Float8) == 0 && offsetof(MovingNode, child) % sizeof(Float8) == 0 &&
               offsetof(MovingNode, low_displacement) % sizeof(Float8) == 0);
 [[nodiscard, gnu::always_inline]] inline Float8 row_of(const std::array<std::array<float, kWideLanes>, 3>& rows,
