@@ -26,7 +26,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <type_traits>
 
 namespace kindling::accel::kd::compact {
@@ -126,7 +125,7 @@ class TreeWalk {
   // the first. `accepts(candidate)` decides about meshes that are not opaque.
   template <bool kAny, class Accepts>
   [[gnu::always_inline]] bool run(TreeStack& stack, float& end_of_ray, TreeHit& best, const Accepts& accepts) const {
-    float t_far = end_of_ray; // a copy, which fits a register
+    float t_far = end_of_ray; // in a register
     Place place{.child = tree_.root};
     NearestCrossing nearest;
     uint32_t ended = enters_tree(t_far) ? 0 : 1;
@@ -155,7 +154,7 @@ class TreeWalk {
 
   // The place of a ray in the tree.
   struct Place {
-    ChildWord child = kEmptyChild;  // the next to visit, before others; empty: by `rest`
+    ChildWord child = kEmptyChild;  // the root until the ray enters it; then empty
     uint32_t node = 0, rest = 0;    // the node, and its children that are still to be visited, by the ray's order
     uint32_t top = 0;               // number of frames on the stack
     const LeafUnit* unit = nullptr; // the block of a leaf, if the ray is in one

@@ -15,7 +15,7 @@ namespace kindling::accel::kd::compact {
 struct TreeStack {
   struct alignas(8) Frame {
     uint32_t node;
-    uint32_t rest; // the position of the next child in the order of the ray
+    uint32_t rest; // bit i: child i, in the order of the ray, is still to be visited
   };
   static constexpr uint32_t kFrames = kMaxWideDepth; // one for each node of a path
   std::array<Frame, kFrames> frames;
