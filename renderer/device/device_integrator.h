@@ -30,6 +30,7 @@ class DeviceIntegrator final : public Integrator {
                         Film& film) const override;
   [[nodiscard]] uint32_t samples_per_pass() const override;
   [[nodiscard]] uint64_t paths_together() const override { return setup_.paths; }
+  [[nodiscard]] bool on_device() const override { return true; }
   void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const override;
   [[nodiscard]] size_t scene_bytes() const { return scene_->bytes(); } // without texture tiles
   // Counts since the start.

@@ -80,8 +80,9 @@ struct BlockWork {
   SampleRange samples; // levels, if there are rates
   // Null: each pixel has the same samples. Path tracers alone support others.
   const SampleRates* rates = nullptr;
-  uint32_t added = 0; // samples of each pixel, or levels, that were added to the film, the first ones
-  uint64_t rays = 0;  // traced for them, without RayCounters::outside
+  bool counts_rays = false; // whether `rays` must be set; then the block is a batch of its own
+  uint32_t added = 0;       // samples of each pixel, or levels, that were added to the film, the first ones
+  uint64_t rays = 0;        // traced for them, without RayCounters::outside
 };
 
 // An integrator is immutable and shared by all threads. References given at construction must
@@ -105,6 +106,8 @@ class Integrator {
   [[nodiscard]] virtual uint32_t samples_per_pass() const { return std::numeric_limits<uint32_t>::max(); }
   // The number of paths that render_blocks() can follow together; 0: those of one block.
   [[nodiscard]] virtual uint64_t paths_together() const { return 0; }
+  // True if the paths are those of a device, which one thread commands.
+  [[nodiscard]] virtual bool on_device() const { return false; }
   // The same for several blocks, which are different; sets what was done.
   virtual void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const;
 };

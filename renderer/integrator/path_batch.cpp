@@ -12,11 +12,32 @@
 
 namespace kindling {
 
-void PathIntegrator::start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
-  const size_t count = static_cast<size_t>(block.pixel_count()) * samples.count();
+namespace {
+
+// The paths of a batch are those of its blocks, one block after the other.
+size_t count_paths(const PixelRect& block, const SampleRange& samples) {
+  return static_cast<size_t>(block.pixel_count()) * samples.count();
+}
+size_t count_paths(std::span<const PixelRect> blocks, const SampleRange& samples) {
+  size_t count = 0;
+  for (const PixelRect& block : blocks) count += count_paths(block, samples);
+  return count;
+}
+
+} // namespace
+
+void PathIntegrator::start_batch(std::span<const PixelRect> blocks, const SampleRange& samples,
+                                 PathContext& context) const {
+  const size_t count = count_paths(blocks, samples);
   assert(count <= context.states.size());
   context.rays.resize(count);
-  generate_camera_rays(camera_, sampler_, filter_, block, samples, context.camera_samples, context.rays);
+  std::span<CameraSample> camera_samples(context.camera_samples);
+  std::span<accel::Ray> rays(context.rays);
+  for (const PixelRect& block : blocks) {
+    generate_camera_rays(camera_, sampler_, filter_, block, samples, camera_samples, rays);
+    camera_samples = camera_samples.subspan(count_paths(block, samples));
+    rays = rays.subspan(count_paths(block, samples));
+  }
   start_paths(count, context);
 }
 
@@ -44,9 +65,16 @@ void PathIntegrator::start_paths(size_t count, PathContext& context) const {
   });
 }
 
-void PathIntegrator::trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+void PathIntegrator::trace_camera_rays(std::span<const PixelRect> blocks, const SampleRange& samples,
+                                       PathContext& context) const {
   context.hits.resize(context.rays.size());
-  intersect_camera_rays(*accelerator_, camera_, sampler_, filter_, block, samples, context.rays, context.hits);
+  size_t first = 0;
+  for (const PixelRect& block : blocks) {
+    const size_t count = count_paths(block, samples);
+    intersect_camera_rays(*accelerator_, camera_, sampler_, filter_, block, samples,
+                          std::span(context.rays).subspan(first, count), std::span(context.hits).subspan(first, count));
+    first += count;
+  }
   context.counters.camera += context.rays.size();
 }
 
@@ -70,14 +98,14 @@ void PathIntegrator::trace_listed(PathContext& context) const {
 
 // Camera rays and random numbers are those of the batch, so that where nothing shades a catcher
 // both lights have the same bits.
-void PathIntegrator::follow_caught(const PixelRect& block, const SampleRange& samples, PathContext& context) const {
+void PathIntegrator::follow_caught(std::span<const PixelRect> blocks, const SampleRange& samples,
+                                   PathContext& context) const {
   CaughtPaths& caught = *context.caught;
-  caught.find(*catchers_,
-              std::span(context.first_hits).first(static_cast<size_t>(block.pixel_count()) * samples.count()));
+  caught.find(*catchers_, std::span(context.first_hits).first(count_paths(blocks, samples)));
   if (caught.slots.empty()) return;
   PathContext& unshaded = *caught.context;
-  unshaded_->start_batch(block, samples, unshaded);
-  unshaded_->trace_camera_rays(block, samples, unshaded);
+  unshaded_->start_batch(blocks, samples, unshaded);
+  unshaded_->trace_camera_rays(blocks, samples, unshaded);
   size_t count = 0;
   for (const uint32_t slot : caught.slots) { // in ascending order
     unshaded.active[count] = slot;
@@ -95,7 +123,7 @@ void PathIntegrator::follow_caught(const PixelRect& block, const SampleRange& sa
   unshaded.counters = {};
 }
 
-// Slots run sample by sample, so each pixel receives its samples in order.
+// Slots of a block run sample by sample, so each pixel receives its samples in order.
 void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film& film) const {
   for (size_t slot = 0; slot < path_count; ++slot) {
     PathState& state = context.states[slot];

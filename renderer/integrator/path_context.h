@@ -29,6 +29,7 @@ class PathContext final : public ThreadContext {
   PathContext(size_t batch_size, size_t direct_samples, AovSet aovs);
   ~PathContext() override;
 
+  std::vector<PixelRect> blocks;            // of a batch that has several
   std::vector<CameraSample> camera_samples; // by slot
   std::vector<BlockSample> listed;          // of a batch, if there are rates
   std::vector<PathState> states;            // by slot

@@ -84,20 +84,51 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
   for (uint32_t done = 0; done < samples.count(); done += per_batch) {
     const uint32_t first = samples.first + done;
     const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
-    context.level.reset();
-    if (!take_photons(batch, context)) return done;
-    start_batch(block, batch, context);
-    const size_t path_count = context.active.size();
-    trace_camera_rays(block, batch, context);
-    follow(context);
-    if (unshaded_) follow_caught(block, batch, context);
-    const bool from_lights = light_paths_ && film.has_splats(); // neither training nor a replay
-    if (from_lights) light_paths_->trace(stages_, block, batch, context.light_paths, context.counters);
-    if (world_.abandoned()) return done;
-    finish_batch(path_count, context, film);
-    if (from_lights) light_paths_->add_to(block, context.light_paths, film);
+    if (!render_batch({&block, 1}, batch, context, film)) return done;
   }
   return samples.count();
+}
+
+// Blocks that have too few samples for a batch each share one: the fewer paths there are, the
+// less of what they wait for overlaps.
+void PathIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& thread, Film& film) const {
+  assert(dynamic_cast<PathContext*>(&thread));
+  auto& context = static_cast<PathContext&>(thread);
+  while (!work.empty()) {
+    const SampleRange samples = work.front().samples;
+    context.blocks.clear();
+    size_t paths = 0;
+    for (const BlockWork& block : work) {
+      paths += static_cast<size_t>(block.block.pixel_count()) * samples.count();
+      if (paths > stages_.settings.batch_size || block.samples != samples || block.rates || block.counts_rays) break;
+      context.blocks.push_back(block.block);
+    }
+    const std::span<BlockWork> together = work.first(std::max(context.blocks.size(), size_t{1}));
+    if (together.size() == 1) {
+      Integrator::render_blocks(together, context, film);
+    } else {
+      const bool rendered = render_batch(context.blocks, samples, context, film);
+      for (BlockWork& block : together) block.added = rendered ? samples.count() : 0;
+    }
+    work = work.subspan(together.size());
+  }
+}
+
+bool PathIntegrator::render_batch(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context,
+                                  Film& film) const {
+  context.level.reset();
+  if (!take_photons(samples, context)) return false;
+  start_batch(blocks, samples, context);
+  const size_t path_count = context.active.size();
+  trace_camera_rays(blocks, samples, context);
+  follow(context);
+  if (unshaded_) follow_caught(blocks, samples, context);
+  const bool from_lights = light_paths_ && film.has_splats(); // neither training nor a replay
+  if (from_lights) light_paths_->trace(stages_, blocks, samples, context.light_paths, context.counters);
+  if (world_.abandoned()) return false;
+  finish_batch(path_count, context, film);
+  if (from_lights) light_paths_->add_to(blocks, samples, context.light_paths, film);
+  return true;
 }
 
 uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates,
@@ -120,10 +151,11 @@ uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange
     trace_listed(context);
     follow(context);
     const bool from_lights = light_paths_ && film.has_splats();
-    if (from_lights) light_paths_->trace(stages_, block, {first, list.level()}, context.light_paths, context.counters);
+    const SampleRange rendered{first, list.level()};
+    if (from_lights) light_paths_->trace(stages_, {&block, 1}, rendered, context.light_paths, context.counters);
     if (world_.abandoned()) return first - levels.first;
     finish_batch(context.listed.size(), context, film);
-    if (from_lights) light_paths_->add_to(block, context.light_paths, film);
+    if (from_lights) light_paths_->add_to({&block, 1}, rendered, context.light_paths, film);
   }
   return levels.count();
 }

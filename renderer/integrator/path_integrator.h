@@ -37,15 +37,21 @@ class PathIntegrator final : public Integrator {
   [[nodiscard]] uint32_t samples_per_pass() const override {
     return photon_maps_ ? photon_maps_->samples_per_pass() : Integrator::samples_per_pass();
   }
+  [[nodiscard]] uint64_t paths_together() const override { return stages_.settings.batch_size; }
+  void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const override;
 
  private:
   // Takes the photon maps of these samples. False if the World was abandoned.
   [[nodiscard]] bool take_photons(const SampleRange& samples, PathContext& context) const;
+  // Renders these samples of all blocks, which fit into a batch. False if the World was abandoned:
+  // then none has been added to the film.
+  bool render_batch(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context,
+                    Film& film) const;
   // The loops over a batch, in the order in which they run.
-  void start_batch(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void start_batch(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context) const;
   void start_listed(const PixelRect& block, PathContext& context) const;
   void start_paths(size_t count, PathContext& context) const; // whose camera samples and rays are there
-  void trace_camera_rays(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void trace_camera_rays(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context) const;
   void trace_listed(PathContext& context) const;
   void shade(PathContext& context) const;
   void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
@@ -54,7 +60,7 @@ class PathIntegrator final : public Integrator {
   void finish_batch(size_t path_count, PathContext& context, Film& film) const;
   void follow(PathContext& context) const; // from the first hits to the end of all paths
   // Follows the samples that catchers have caught in the scene without what shades them.
-  void follow_caught(const PixelRect& block, const SampleRange& samples, PathContext& context) const;
+  void follow_caught(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context) const;
 
   // Steps of shade(), for the active paths [first, first + count) or [first, end).
   void prepare_group(size_t first, size_t count, PathContext& context) const;

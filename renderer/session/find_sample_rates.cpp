@@ -127,7 +127,7 @@ class PilotRun {
     std::atomic<size_t> done{0};
     std::atomic<double> busy_s{0.0};
     // A device has one thread here, and as many paths in work as it wants.
-    const bool on_device = integrator_.paths_together() > 0;
+    const bool on_device = integrator_.on_device();
     const size_t group = on_device ? std::max<size_t>(integrator_.paths_together() / kBlockPixels, 1) : kBlocksPerTask;
     const auto trace_group = [&](size_t number) {
       if (!complete || stopped()) complete = false;
@@ -211,7 +211,8 @@ class PilotRun {
     std::vector<BlockWork> work(blocks.size());
     std::vector<Measured> measured(blocks.size());
     for (uint32_t sample = 0; sample < kSamples; ++sample) {
-      for (size_t i = 0; i < blocks.size(); ++i) work[i] = {.block = blocks[i]->rect, .samples = {sample, sample + 1}};
+      for (size_t i = 0; i < blocks.size(); ++i)
+        work[i] = {.block = blocks[i]->rect, .samples = {sample, sample + 1}, .counts_rays = true};
       integrator_.render_blocks(work, context, film);
       for (size_t i = 0; i < blocks.size(); ++i) {
         if (work[i].added == 0) return false;

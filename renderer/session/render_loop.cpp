@@ -52,8 +52,8 @@ void RenderLoop::find_levels() {
 std::vector<std::vector<PixelRect>> RenderLoop::make_lanes() const {
   const Coverage& coverage = state_.coverage;
   const bool regions = settings_.schedule == Schedule::regions;
-  // Paths that are followed together may come from the whole image.
-  const int side = integrator_.paths_together() > 0 ? kWholeImage : settings_.tile_size_px;
+  // Paths of a device may come from the whole image.
+  const int side = integrator_.on_device() ? kWholeImage : settings_.tile_size_px;
   std::vector<std::vector<PixelRect>> lanes;
   for (const PixelRect& region : make_regions(coverage.area(), regions ? static_cast<int>(workers_.size()) : 1)) {
     lanes.push_back(make_tiles(region, side));
@@ -181,7 +181,8 @@ bool RenderLoop::render_missing(std::span<const size_t> blocks, const SampleRang
     work.clear();
     std::erase_if(lacking, [&](size_t block) {
       const SampleRange missing = missing_samples(block, pass);
-      if (!missing.empty()) work.push_back({state_.coverage.block(block), missing, rates_});
+      if (!missing.empty())
+        work.push_back({state_.coverage.block(block), missing, rates_, settings_.adaptive.enabled()});
       return missing.empty();
     });
     if (work.empty()) return true;

@@ -88,22 +88,23 @@ void LightPaths::clear_paths(LightPathContext& context) {
 void LightPaths::clear(LightPathContext& context) {
   clear_paths(context);
   context.found.clear();
-  context.path_count = 0;
 }
 
-void LightPaths::trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples,
+void LightPaths::trace(const PathStages& stages, std::span<const PixelRect> blocks, const SampleRange& samples,
                        LightPathContext& context, RayCounters& counters) const {
   clear(context);
   const SampleRange passes = light_path_passes(fraction_, samples);
-  for (uint32_t pass = passes.first; pass < passes.end; ++pass) start_block(block, pass, context);
+  for (const PixelRect& block : blocks)
+    for (uint32_t pass = passes.first; pass < passes.end; ++pass) start_block(block, pass, context);
   follow(stages, context, counters);
-  const OutsidePixels::Range share = outside.share_of(block.min, kBlockSize);
-  context.path_count = passes.count() * (static_cast<uint64_t>(block.pixel_count()) + share.count());
-  if (share.count() == 0) return;
-  RayCounters rays;
-  for (uint32_t pass = passes.first; pass < passes.end; ++pass) trace_outside(stages, share, pass, context, rays);
-  rays.outside = rays.total();
-  counters.add(rays);
+  for (const PixelRect& block : blocks) {
+    const OutsidePixels::Range share = outside.share_of(block.min, kBlockSize);
+    if (share.count() == 0) continue;
+    RayCounters rays;
+    for (uint32_t pass = passes.first; pass < passes.end; ++pass) trace_outside(stages, share, pass, context, rays);
+    rays.outside = rays.total();
+    counters.add(rays);
+  }
 }
 
 // A block's share may have far more paths than the block has samples, so a thread traces some of
@@ -124,7 +125,6 @@ void LightPaths::trace_numbers(const PathStages& stages, uint64_t first, uint64_
                                RayCounters& counters) const {
   clear(context);
   for (uint64_t number = first; number < first + count; ++number) start_path(number, context);
-  context.path_count = count;
   follow(stages, context, counters);
 }
 
@@ -269,8 +269,13 @@ void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) 
     if (context.occluded[i] == 0) context.found.push_back(context.splats[i]);
 }
 
-void LightPaths::add_to(const PixelRect& block, const LightPathContext& context, Film& film) const {
-  film.add_light_paths(block.min, context.path_count);
+void LightPaths::add_to(std::span<const PixelRect> blocks, const SampleRange& samples, const LightPathContext& context,
+                        Film& film) const {
+  const uint64_t passes = light_path_passes(fraction_, samples).count();
+  for (const PixelRect& block : blocks) {
+    const OutsidePixels::Range share = outside.share_of(block.min, kBlockSize);
+    film.add_light_paths(block.min, passes * (static_cast<uint64_t>(block.pixel_count()) + share.count()));
+  }
   const PixelRect& area = film.splat_area();
   for (const LightPathContext::Splat& splat : context.found)
     visit_splat_pixels(filter_, splat.film_px, area.min, area.max, [&](const V2i& pixel, float weight) {

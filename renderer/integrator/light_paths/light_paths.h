@@ -40,8 +40,7 @@ struct LightPathContext {
   std::vector<Splat> splats; // parallel to camera_rays
   std::vector<accel::Ray> camera_rays;
   std::vector<uint8_t> occluded;
-  std::vector<Splat> found; // of all paths
-  uint64_t path_count = 0;
+  std::vector<Splat> found;               // of all paths
   bool measures = false;                  // finds Splat::traced_ratio, for a pilot
   const LightGroups* splits = nullptr;    // finds Splat::parts and Photon::group; the groups may have no names
   std::vector<Photon>* photons = nullptr; // set while paths leave photons and are not joined to the camera
@@ -60,12 +59,13 @@ class LightPaths : public LightPathStages {
 
   // False if no light reaches a caster: there is nothing to trace.
   [[nodiscard]] bool useful() const { return !emission.empty(); }
-  // Traces the light paths of these samples of a block, and of its share of the pixels outside of
+  // Traces the light paths of these samples of blocks, and of their shares of the pixels outside of
   // the crop; then add_to() adds what they found to the film. `stages` are those of the camera's
   // paths.
-  void trace(const PathStages& stages, const PixelRect& block, const SampleRange& samples, LightPathContext& context,
-             RayCounters& counters) const;
-  void add_to(const PixelRect& block, const LightPathContext& context, Film& film) const;
+  void trace(const PathStages& stages, std::span<const PixelRect> blocks, const SampleRange& samples,
+             LightPathContext& context, RayCounters& counters) const;
+  void add_to(std::span<const PixelRect> blocks, const SampleRange& samples, const LightPathContext& context,
+              Film& film) const;
   // Returns the number of light paths of photon maps for each sample of all pixels.
   [[nodiscard]] uint64_t photon_paths_per_sample() const { return static_cast<uint64_t>(photons_per_pass); }
   // Appends the photons of light paths by their numbers; these are others than those of trace().
