@@ -12,6 +12,7 @@ import html
 import io
 import json
 import math
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -207,7 +208,7 @@ def plot_column(rows, shape, title, y_label, value, log_y, model=None):
             groups.append((f"{accelerator}, {source}", color, False, sorted(line)))
         if model and groups and len(groups[-1 - len(scenes)][3]) > 1:
             line = groups[-1 - len(scenes)][3]
-            factor = math.exp(sum(math.log(y / model(x)) for x, y in line) / len(line))
+            factor = statistics.geometric_mean(y / model(x) for x, y in line)
             groups.append((f"{accelerator}: {factor:.3g} N log2 N", color, True, [(x, factor * model(x)) for x, _ in line]))
     return plots.plot(title, "triangles", y_label, groups, log_y)
 

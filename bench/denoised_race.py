@@ -4,7 +4,6 @@ Errors are those against a converged image of each. The time is that of path tra
 (`--denoise best`); Cycles gets that time, measures itself, and takes as many samples as fit in beside its own filter.
 """
 # SPDX-License-Identifier: Apache-2.0
-import math
 import statistics
 import subprocess
 import sys
@@ -96,6 +95,6 @@ def table_of(scenes):
             lines.append([scene["name"], f"{ours['total_s']:.1f}", f"{theirs['total_s']:.1f}", f"{ours['spp']:g}", f"{theirs['spp']:g}",
                           f"{ours['relmse']:.4f}", f"{theirs['relmse']:.4f}", f"{ratios[-1][0]:.1f}",
                           f"{ours['flip']:.3f}", f"{theirs['flip']:.3f}", f"{ratios[-1][1]:.1f}"])
-    means = [math.exp(statistics.fmean(map(math.log, column))) for column in zip(*ratios)]
+    means = [statistics.geometric_mean(column) for column in zip(*ratios)]
     lines.append(["geometric mean"] + [""] * 6 + [f"{means[0]:.1f}", "", "", f"{means[1]:.1f}"])
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"

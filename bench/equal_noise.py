@@ -283,7 +283,7 @@ def table_of(result):
     for name in names[1:]:
         values = [ratio(scene, row, names[0]) for scene in scenes for row in series(scene, name)]
         if values and all(values):
-            mean = math.exp(statistics.fmean(map(math.log, values)))
+            mean = statistics.geometric_mean(values)
             lines.append(["geometric mean", name, "", "", "", "", f"{mean:.3f}"] + [""] * (len(header) - 5))
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
 

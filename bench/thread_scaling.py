@@ -8,7 +8,7 @@ Writes OUT/NAME.json, .csv and .svg for each scene, OUT/scaling.md, and prints t
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
-import math
+import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -71,7 +71,7 @@ def table_of(reports):
     means = ["geometric mean", ""]
     for column in columns:
         values = [value for value in efficiencies[column] if value > 0]
-        means += [f"{math.exp(sum(map(math.log, values)) / len(values)):.3f}" if values else "-", ""]
+        means += [f"{statistics.geometric_mean(values):.3f}" if values else "-", ""]
     return "\n".join([*lines, "| " + " | ".join([*means, "", ""]) + " |"]) + "\n"
 
 

@@ -8,7 +8,6 @@ Exit code 0, or that of the render that failed.
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
-import math
 import statistics
 import subprocess
 import sys
@@ -50,7 +49,7 @@ def main():
             medians = [statistics.median(seconds) for seconds in times.values()]
             ratios.append(medians[0] / medians[1])
             print(f"{Path(scene).name:30} {first} {medians[0]:8.3f} s  {second} {medians[1]:8.3f} s  {ratios[-1]:.3f}x", flush=True)
-    print(f"geometric mean {math.exp(statistics.mean(map(math.log, ratios))):.3f}x")
+    print(f"geometric mean {statistics.geometric_mean(ratios):.3f}x")
 
 
 if __name__ == "__main__":
