@@ -13,11 +13,11 @@
 #pragma once
 
 #include "accel/kdtree/compact/leaf_test.h"
+#include "accel/kdtree/compact/rows.h"
 #include "accel/kdtree/compact/tree_stack.h"
 #include "accel/kdtree/view.h"
 #include "accel/kdtree/widening.h"
 #include "accel/motion_keys.h"
-#include "accel/vectors.h"
 
 #include <algorithm>
 #include <array>
@@ -48,16 +48,13 @@ namespace kindling::accel::kd::compact {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-// The same of all children. A GPU reads four faces at a time, because it knows that rows are
-// aligned.
-using AlignedRow = float __attribute__((vector_size(32), may_alias));
-using AlignedChildren = int32_t __attribute__((vector_size(32), may_alias));
-static_assert(alignof(AlignedRow) <= sizeof(Float8) && offsetof(BoxNode, low) % sizeof(Float8) == 0 &&
-              offsetof(BoxNode, child) % sizeof(Float8) == 0 && offsetof(MovingNode, child) % sizeof(Float8) == 0 &&
+// The same of all children.
+static_assert(offsetof(BoxNode, low) % sizeof(Float8) == 0 && offsetof(BoxNode, child) % sizeof(Float8) == 0 &&
+              offsetof(MovingNode, child) % sizeof(Float8) == 0 &&
               offsetof(MovingNode, low_displacement) % sizeof(Float8) == 0);
 [[nodiscard, gnu::always_inline]] inline Float8 row_of(const std::array<std::array<float, kWideLanes>, 3>& rows,
                                                        uint32_t axis) {
-  return *reinterpret_cast<const AlignedRow*>(rows[axis].data());
+  return row_at(rows[axis].data());
 }
 [[nodiscard, gnu::always_inline]] inline Float8 faces_of(const BoxNode& node, bool high, uint32_t axis, Static) {
   return row_of(high ? node.high : node.low, axis);
@@ -71,35 +68,6 @@ static_assert(alignof(AlignedRow) <= sizeof(Float8) && offsetof(BoxNode, low) % 
 [[nodiscard]] inline float bound_of(float at_begin, float /*at_end*/, Static) { return at_begin; }
 [[nodiscard]] inline float bound_of(float at_begin, float at_end, const Deforming& motion) {
   return between(at_begin, at_end, motion.fraction);
-}
-
-// The larger and the smaller number of each lane, neither of which is NaN unless there is no child.
-[[nodiscard]] inline Float8 larger(const Float8& a, const Float8& b) {
-#ifdef __NVPTX__
-  return __builtin_elementwise_max(a, b); // an instruction for each lane instead of two
-#else
-  return vector_max(a, b);
-#endif
-}
-[[nodiscard]] inline Float8 smaller(const Float8& a, const Float8& b) {
-#ifdef __NVPTX__
-  return __builtin_elementwise_min(a, b);
-#else
-  return vector_min(a, b);
-#endif
-}
-
-// Returns a value that the compiler knows nothing about. Else it would let a thread of a GPU jump
-// past tests whose result it knows, and threads that took different ways would not meet there.
-template <class T>
-[[nodiscard, gnu::always_inline]] inline T meet(T value) {
-#ifdef __NVPTX__
-  if constexpr (sizeof(T) == 8)
-    asm volatile("" : "+l"(value));
-  else
-    asm volatile("" : "+r"(value));
-#endif
-  return value;
 }
 
 // A ray in the space of a tree, prepared to walk it.
