@@ -34,7 +34,7 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
     : world_(whole_world), filter_(filter), caster_flags_(find_caster_materials(whole_world)),
       fraction_(settings.light_paths) {
   sampling_.emplace(whole_world.lights, find_targets(whole_world, caster_flags_), whole_world.bounds);
-  emission = *sampling_;
+  emission = static_cast<const EmissionView&>(*sampling_);
   casters = caster_flags_;
   const float pixels = static_cast<float>(seen_by.size_px().x) * static_cast<float>(seen_by.size_px().y);
   paths_per_pass = fraction_ * pixels;
