@@ -1,4 +1,4 @@
-// First and last stages of a path tracer's batch: camera rays in, film samples out.
+// A path tracer's batch: the blocks that share it, camera rays in, film samples out.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/caught_paths.h"
@@ -8,6 +8,7 @@
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/prepare_path.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace kindling {
@@ -25,6 +26,31 @@ size_t count_paths(std::span<const PixelRect> blocks, const SampleRange& samples
 }
 
 } // namespace
+
+// Blocks that have too few samples for a batch each share one: the fewer paths there are, the
+// less of what they wait for overlaps.
+void PathIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& thread, Film& film) const {
+  assert(dynamic_cast<PathContext*>(&thread));
+  auto& context = static_cast<PathContext&>(thread);
+  while (!work.empty()) {
+    const SampleRange samples = work.front().samples;
+    context.blocks.clear();
+    size_t paths = 0;
+    for (const BlockWork& block : work) {
+      paths += count_paths(block.block, samples);
+      if (paths > stages_.settings.batch_size || block.samples != samples || block.rates || block.counts_rays) break;
+      context.blocks.push_back(block.block);
+    }
+    const std::span<BlockWork> together = work.first(std::max(context.blocks.size(), size_t{1}));
+    if (together.size() == 1) {
+      Integrator::render_blocks(together, context, film);
+    } else {
+      const bool rendered = render_batch(context.blocks, samples, context, film);
+      for (BlockWork& block : together) block.added = rendered ? samples.count() : 0;
+    }
+    work = work.subspan(together.size());
+  }
+}
 
 void PathIntegrator::start_batch(std::span<const PixelRect> blocks, const SampleRange& samples,
                                  PathContext& context) const {

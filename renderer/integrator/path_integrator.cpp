@@ -89,31 +89,6 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
   return samples.count();
 }
 
-// Blocks that have too few samples for a batch each share one: the fewer paths there are, the
-// less of what they wait for overlaps.
-void PathIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& thread, Film& film) const {
-  assert(dynamic_cast<PathContext*>(&thread));
-  auto& context = static_cast<PathContext&>(thread);
-  while (!work.empty()) {
-    const SampleRange samples = work.front().samples;
-    context.blocks.clear();
-    size_t paths = 0;
-    for (const BlockWork& block : work) {
-      paths += static_cast<size_t>(block.block.pixel_count()) * samples.count();
-      if (paths > stages_.settings.batch_size || block.samples != samples || block.rates || block.counts_rays) break;
-      context.blocks.push_back(block.block);
-    }
-    const std::span<BlockWork> together = work.first(std::max(context.blocks.size(), size_t{1}));
-    if (together.size() == 1) {
-      Integrator::render_blocks(together, context, film);
-    } else {
-      const bool rendered = render_batch(context.blocks, samples, context, film);
-      for (BlockWork& block : together) block.added = rendered ? samples.count() : 0;
-    }
-    work = work.subspan(together.size());
-  }
-}
-
 bool PathIntegrator::render_batch(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context,
                                   Film& film) const {
   context.level.reset();

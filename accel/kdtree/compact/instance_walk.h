@@ -96,7 +96,8 @@ class InstanceWalk {
   }
 
  private:
-  static constexpr uint32_t kNone = kEnd - 1, kAll = 0xff; // `next`: none found yet; all children
+  static constexpr uint32_t kNone = kEnd - 1; // no box found yet
+  static constexpr uint32_t kAll = 0xff;      // all children
 
   // Returns a bit for each child among rest_ whose box the ray enters, and finds the nearest.
   [[nodiscard, gnu::always_inline]] uint32_t entered_children(const InstanceNode& node, float t_far,
