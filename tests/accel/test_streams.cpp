@@ -93,38 +93,68 @@ std::vector<Ray> mixed_rays(Rng& rng, const TestScene& scene, const Accelerator&
   return rays;
 }
 
-TEST(Streams, BatchesEqualSingleRays) {
-  for (const NamedScene& named : all_scenes()) {
-    SCOPED_TRACE(named.name);
-    const auto accelerator = build(Kind::kdtree, named.scene);
-    Rng rng(107);
-    const std::vector<Ray> rays = mixed_rays(rng, named.scene, *accelerator, 600);
-    std::vector<Hit> expected(rays.size());
-    std::vector<uint8_t> expected_blocked(rays.size());
-    for (size_t i = 0; i < rays.size(); ++i) {
-      expected[i] = accelerator->intersect(rays[i]);
-      expected_blocked[i] = accelerator->occluded(rays[i]) ? 1 : 0;
+void expect_batches_equal_single_rays(const NamedScene& named, const BuildOptions& options = {}) {
+  SCOPED_TRACE(named.name);
+  const auto accelerator = build(Kind::kdtree, named.scene, options);
+  Rng rng(107);
+  const std::vector<Ray> rays = mixed_rays(rng, named.scene, *accelerator, 600);
+  std::vector<Hit> expected(rays.size());
+  std::vector<uint8_t> expected_blocked(rays.size());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    expected[i] = accelerator->intersect(rays[i]);
+    expected_blocked[i] = accelerator->occluded(rays[i]) ? 1 : 0;
+  }
+  for (int repetition = 0; repetition < 40; ++repetition) {
+    const size_t size = std::min<size_t>(repetition < 8 ? static_cast<size_t>(repetition) : rng() % 301, rays.size());
+    // Any rays in any order, some of them twice.
+    std::vector<size_t> chosen(size);
+    for (size_t& i : chosen) i = rng() % rays.size();
+    std::vector<Ray> batch(size);
+    std::transform(chosen.begin(), chosen.end(), batch.begin(), [&](size_t i) { return rays[i]; });
+    Hit stale;
+    stale.instance = stale.triangle = 5;
+    std::vector<Hit> hits(size, stale), coherent(size, stale);
+    std::vector<uint8_t> blocked(size, 7), blocked_coherent(size, 7);
+    accelerator->intersect(batch, hits);
+    accelerator->intersect_coherent(batch, coherent);
+    accelerator->occluded(batch, blocked);
+    accelerator->occluded_coherent(batch, blocked_coherent);
+    for (size_t i = 0; i < size; ++i) {
+      ASSERT_EQ(std::memcmp(&hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
+      ASSERT_EQ(disagreement(named.scene, batch[i], expected[chosen[i]], coherent[i]), "") << "batch of " << size;
+      ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
+      ASSERT_EQ(blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
     }
-    for (int repetition = 0; repetition < 40; ++repetition) {
-      const size_t size = std::min<size_t>(repetition < 8 ? static_cast<size_t>(repetition) : rng() % 301, rays.size());
-      // Any rays in any order, some of them twice.
-      std::vector<size_t> chosen(size);
-      for (size_t& i : chosen) i = rng() % rays.size();
-      std::vector<Ray> batch(size);
-      std::transform(chosen.begin(), chosen.end(), batch.begin(), [&](size_t i) { return rays[i]; });
-      Hit stale;
-      stale.instance = stale.triangle = 5;
-      std::vector<Hit> hits(size, stale), coherent(size, stale);
-      std::vector<uint8_t> blocked(size, 7), blocked_coherent(size, 7);
-      accelerator->intersect(batch, hits);
-      accelerator->intersect_coherent(batch, coherent);
-      accelerator->occluded(batch, blocked);
-      accelerator->occluded_coherent(batch, blocked_coherent);
-      for (size_t i = 0; i < size; ++i) {
-        ASSERT_EQ(std::memcmp(&hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
-        ASSERT_EQ(disagreement(named.scene, batch[i], expected[chosen[i]], coherent[i]), "") << "batch of " << size;
-        ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
-        ASSERT_EQ(blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
+  }
+}
+
+TEST(Streams, BatchesEqualSingleRays) {
+  for (const NamedScene& named : all_scenes()) expect_batches_equal_single_rays(named);
+}
+
+// A tree that is one leaf has batches of its own. Scenes: one block and several, meshes with
+// cut-outs among others, and hits at equal distances.
+TEST(Streams, BatchesEqualSingleRaysInTreesOfOneLeaf) {
+  for (const bool filtered : {false, true}) {
+    std::deque<NamedScene> scenes;
+    Rng rng(127);
+    for (const int count : {1, 7, 14}) {
+      Mesh soup = triangle_soup(rng, count, 0.5f, 2.0f), doubled = soup;
+      soup.opaque = !filtered;
+      TestScene scene;
+      scene.add_instance(scene.add_group({std::move(soup), std::move(doubled)}), M44f());
+      scenes.push_back({std::to_string(count) + " twice", std::move(scene)});
+    }
+    Mesh copies = duplicates(60);
+    copies.opaque = !filtered;
+    scenes.push_back({"copies", TestScene(std::move(copies))});
+    for (NamedScene& named : scenes) {
+      if (filtered) named.scene.set_filter({accept_by_hash, nullptr});
+      for (const SimdTarget simd : simd_targets()) {
+        BuildOptions options;
+        options.simd = simd;
+        ASSERT_EQ(build(Kind::kdtree, named.scene, options)->statistics().leaf_count, 1U) << named.name;
+        expect_batches_equal_single_rays(named, options);
       }
     }
   }

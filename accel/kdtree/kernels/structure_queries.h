@@ -5,6 +5,7 @@
 #include "accel/kdtree/kernels/instance_packet.h"
 #include "accel/kdtree/kernels/instance_stream.h"
 #include "accel/kdtree/kernels/instances.h"
+#include "accel/kdtree/kernels/one_leaf.h"
 #include "accel/kdtree/kernels/packet.h"
 #include "accel/kdtree/kernels/stream.h"
 #include "accel/kdtree/kernels/traversal.h"
@@ -111,6 +112,14 @@ inline void add_instances(const Structure& s, std::span<const Ray> rays, std::sp
   }
 }
 
+// Traces a batch through the world's tree.
+template <bool kAny, class Finish>
+[[gnu::always_inline]] inline void trace_batch(const Structure& s, std::span<const Ray> rays, const Finish& finish) {
+  if (is_one_leaf(s.world_tree)) return trace_one_leaf<kAny>(s.world_tree, s.filter, rays, finish);
+  Stream<kAny> stream(s.world_tree, s.filter);
+  stream.trace(rays, finish);
+}
+
 inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
   if (rays.size() < kMinStreamRays) {
     for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(s, rays[i]);
@@ -119,8 +128,7 @@ inline void intersect_stream(const Structure& s, std::span<const Ray> rays, std:
   std::fill(hits.begin(), hits.end(), Hit());
   if (!s.instance_level.empty() && streams_transformed(s, rays))
     return stream_transformed<false>(s, rays, &s.world_tree, hits);
-  Stream<false> stream(s.world_tree, s.filter);
-  stream.trace(rays, [&](size_t i, const TreeHit& hit) {
+  trace_batch<false>(s, rays, [&](size_t i, const TreeHit& hit) {
     hits[i] = CandidateFilter{s.filter, rays[i], s.world_tree, kNoId}.resolve(hit);
   });
   add_instances(s, rays, hits);
@@ -134,8 +142,7 @@ inline void occluded_stream(const Structure& s, std::span<const Ray> rays, std::
   std::fill(blocked.begin(), blocked.end(), uint8_t{0});
   if (!s.instance_level.empty() && streams_transformed(s, rays))
     return stream_transformed<true>(s, rays, &s.world_tree, blocked);
-  Stream<true> stream(s.world_tree, s.filter);
-  stream.trace(rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; });
+  trace_batch<true>(s, rays, [&](size_t i, const TreeHit&) { blocked[i] = 1; });
   add_instances(s, rays, blocked);
 }
 
@@ -150,9 +157,8 @@ template <bool kAny, class Finish>
   std::array<Ray, 256> incoherent;
   assert(numbers.size() <= incoherent.size());
   for (size_t k = 0; k < numbers.size(); ++k) incoherent[k] = rays[numbers[k]];
-  Stream<kAny> stream(s.world_tree, s.filter);
-  stream.trace(std::span<const Ray>(incoherent).first(numbers.size()),
-               [&](size_t k, const TreeHit& hit) { finish(numbers[k], hit); });
+  trace_batch<kAny>(s, std::span<const Ray>(incoherent).first(numbers.size()),
+                    [&](size_t k, const TreeHit& hit) { finish(numbers[k], hit); });
 }
 
 inline void intersect_coherent(const Structure& s, std::span<const Ray> rays, std::span<Hit> hits) {
