@@ -13,9 +13,11 @@ function(add_precompiled name)
   target_precompile_headers(kindling_precompiled_${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
-# kindling_precompiled(TARGET NAME)
+# kindling_precompiled(TARGET NAME): not in folders with sanitizers of their own, which are other
+# flags.
 function(kindling_precompiled target name)
-  if(KINDLING_PCH)
+  kindling_sanitized(sanitized)
+  if(KINDLING_PCH AND NOT sanitized)
     target_precompile_headers(${target} REUSE_FROM kindling_precompiled_${name})
   endif()
 endfunction()

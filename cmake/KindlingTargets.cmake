@@ -20,10 +20,32 @@ if(KINDLING_WARNINGS_AS_ERRORS)
     $<BUILD_INTERFACE:-Werror -Wno-error=maybe-uninitialized -Wno-error=array-bounds -Wno-error=stringop-overflow>)
 endif()
 if(KINDLING_SANITIZE)
-  target_compile_options(kindling_flags INTERFACE
-    $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
+  set(kindling_sanitize -fsanitize=${KINDLING_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(kindling_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KINDLING_SANITIZE}>)
+  if(NOT KINDLING_SANITIZE_FOLDERS)
+    target_compile_options(kindling_flags INTERFACE "$<BUILD_INTERFACE:${kindling_sanitize}>")
+  endif()
 endif()
+
+# kindling_sanitized(VARIABLE): whether the calling folder is one of KINDLING_SANITIZE_FOLDERS.
+function(kindling_sanitized variable)
+  set(${variable} OFF PARENT_SCOPE)
+  file(RELATIVE_PATH here ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  foreach(folder IN LISTS KINDLING_SANITIZE_FOLDERS)
+    if("${here}/" MATCHES "^${folder}/")
+      set(${variable} ON PARENT_SCOPE)
+    endif()
+  endforeach()
+endfunction()
+
+# kindling_sanitize(TARGET): compiles a target of such a folder with sanitizers and assertions. All
+# others stay as they are, so that a build folder that has them needs little more.
+function(kindling_sanitize target)
+  kindling_sanitized(sanitized)
+  if(sanitized)
+    target_compile_options(${target} PRIVATE ${kindling_sanitize} -O1 -g1 -UNDEBUG)
+  endif()
+endfunction()
 
 include(KindlingPrecompiled)
 
@@ -54,6 +76,7 @@ function(kindling_library name)
     else()
       kindling_precompiled(${target} vectors)
     endif()
+    kindling_sanitize(${target})
   else()
     add_library(${target} INTERFACE)
     target_include_directories(${target} INTERFACE
@@ -97,6 +120,7 @@ function(kindling_test name)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     target_compile_definitions(${target} PRIVATE
       KINDLING_SOURCE_DIR="${PROJECT_SOURCE_DIR}" KINDLING_BINARY_DIR="${PROJECT_BINARY_DIR}")
+    kindling_sanitize(${target})
   endif()
   target_link_libraries(${target} PRIVATE ${ARG_LIBS})
   if(ARG_ALONE)
