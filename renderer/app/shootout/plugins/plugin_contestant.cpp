@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
+#include <span>
 
 namespace kindling::app {
 
@@ -108,8 +110,9 @@ std::optional<WorkTime> PluginContestant::trace(size_t set, CallForm form, uint3
   const std::string step = step_of(sets_[set], form);
   const auto reply = ask(request, step);
   if (!reply) return std::nullopt;
-  std::memcpy(answers.hits.data(), answers_->data(), answers.hits.size() * sizeof(accel::Hit));
-  std::memcpy(answers.occluded.data(), answers_->data(), answers.occluded.size());
+  for (const std::span<std::byte> bytes : // one of the two is empty
+       {std::as_writable_bytes(std::span(answers.hits)), std::as_writable_bytes(std::span(answers.occluded))})
+    std::copy_n(answers_->data(), bytes.size(), bytes.begin());
 
   if (const std::string wrong = examiner_.examine(sets_[set], set, form, answers); !wrong.empty())
     fault_ = fmt::format("lies {}: {}", step, wrong);

@@ -15,9 +15,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <span>
 
 namespace kindling::app {
 
@@ -67,9 +70,7 @@ class PluginHost {
     case PluginStep::time_singles: {
       if (!accelerator_ || request.set >= race_.sets().size()) return kOutOfOrder;
       const std::vector<float> times = time_single_calls(*accelerator_, race_.sets()[request.set].rays);
-      if (times.size() * sizeof(float) > answers_.size()) return kOutOfOrder;
-      std::memcpy(answers_.data(), times.data(), times.size() * sizeof(float));
-      return {};
+      return answer(std::as_bytes(std::span(times))) ? "" : kOutOfOrder;
     }
     case PluginStep::release: accelerator_.reset(); return {};
     }
@@ -106,19 +107,26 @@ class PluginHost {
     const RaySet& set = race_.sets()[request.set];
     Answers answers(set);
     // No valid answers: those that a plugin leaves out are noticed.
-    std::memset(static_cast<void*>(answers.hits.data()), 0xee, answers.hits.size() * sizeof(accel::Hit));
-    std::memset(answers.occluded.data(), 0xee, answers.occluded.size());
+    for (const std::span<std::byte> bytes :
+         {std::as_writable_bytes(std::span(answers.hits)), std::as_writable_bytes(std::span(answers.occluded))})
+      std::ranges::fill(bytes, std::byte{0xee});
     const double process_start = process_clock_s(ShootoutClock::cpu);
     const WorkTime work = measure(
         clock_s, [&] { trace(*accelerator_, set, static_cast<CallForm>(request.form), request.batch_size, answers); });
     reply.process_cpu_s = process_clock_s(ShootoutClock::cpu) - process_start;
     reply.wall_s = work.wall_s;
     reply.cpu_s = work.cpu_s;
-    if (answers.hits.size() * sizeof(accel::Hit) > answers_.size() || answers.occluded.size() > answers_.size())
-      return kOutOfOrder;
-    std::memcpy(answers_.data(), answers.hits.data(), answers.hits.size() * sizeof(accel::Hit));
-    std::memcpy(answers_.data(), answers.occluded.data(), answers.occluded.size());
-    return {};
+    // One of the two is empty.
+    const bool fits =
+        answer(std::as_bytes(std::span(answers.hits))) && answer(std::as_bytes(std::span(answers.occluded)));
+    return fits ? "" : kOutOfOrder;
+  }
+
+  // Puts bytes where the race reads answers. False if there is no room for them.
+  [[nodiscard]] bool answer(std::span<const std::byte> bytes) {
+    if (bytes.size() > answers_.size()) return false;
+    std::ranges::copy(bytes, answers_.data());
+    return true;
   }
 
   static constexpr const char* kOutOfOrder = "was asked out of order";
