@@ -139,10 +139,11 @@ TEST(Streams, BatchesEqualSingleRaysInTreesOfOneLeaf) {
     std::deque<NamedScene> scenes;
     Rng rng(127);
     for (const int count : {1, 7, 14}) {
-      Mesh soup = triangle_soup(rng, count, 0.5f, 2.0f), doubled = soup;
+      const Mesh opaque = triangle_soup(rng, count, 0.5f, 2.0f);
+      Mesh soup = opaque;
       soup.opaque = !filtered;
       TestScene scene;
-      scene.add_instance(scene.add_group({std::move(soup), std::move(doubled)}), M44f());
+      scene.add_instance(scene.add_group({soup, opaque}), M44f());
       scenes.push_back({std::to_string(count) + " twice", std::move(scene)});
     }
     Mesh copies = duplicates(60);

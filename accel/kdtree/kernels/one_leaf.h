@@ -98,15 +98,15 @@ class LeafRays {
     sz_ = WideLanes(1.0f) / dz;
   }
 
-  // Tests all blocks of a leaf; any hit: until all rays have one. accepts(lane, candidate) is the
-  // hit filter's decision.
+  // Tests all blocks of a leaf until the trace is abandoned; any hit: until all rays have one.
+  // accepts(lane, candidate) is the hit filter's decision.
   template <class Accepts>
-  [[gnu::always_inline]] void test(const LeafUnit* unit, const Accepts& accepts) {
+  [[gnu::always_inline]] void test(const LeafUnit* unit, const HitFilter& filter, const Accepts& accepts) {
     while (true) {
       const LeafBlock block(unit);
       for (uint32_t i = 0; i < block.triangle_count(); ++i) test(block, i, accepts);
       const uint32_t next = block.units_to_next();
-      if (next == 0 || (kAny && at_most(t_min_, t_max_) == 0)) return;
+      if (next == 0 || (kAny && at_most(t_min_, t_max_) == 0) || filter.abandoned()) return;
       unit += next;
     }
   }
@@ -196,14 +196,14 @@ template <bool kAny, class Finish>
   const LeafUnit* const leaf = tree.leaves.data() + (tree.root & ~kLeafBit);
   RaysByAxis sorted;
   for (size_t first = 0; first < rays.size(); first += RaysByAxis::kMax) {
-    if (filter.abandoned()) return;
     const std::span<const Ray> part = rays.subspan(first, std::min<size_t>(RaysByAxis::kMax, rays.size() - first));
     sorted.sort(part, [&](uint32_t i) { trace_indexed<kAny>(tree, filter, rays, first + i, finish); });
     for (uint32_t axis = 0; axis < 3; ++axis) {
       for (uint32_t at = sorted.begin(axis); at < sorted.end(axis); at += kLanes) {
+        if (filter.abandoned()) return;
         const uint8_t* const number = &sorted.number[at];
         LeafRays<kAny> lanes(sorted, at, axis);
-        lanes.test(leaf, [&](uint32_t i, const TreeHit& candidate) {
+        lanes.test(leaf, filter, [&](uint32_t i, const TreeHit& candidate) {
           return CandidateFilter{filter, part[number[i]], tree, kNoId}.accepts(candidate);
         });
         lanes.deliver([&](uint32_t i, const TreeHit& hit) { finish(first + number[i], hit); });

@@ -47,13 +47,15 @@ struct OneTree {
 // Takes 130 KB with one tree, meant for the stack; nothing is initialized before its use.
 template <bool kAny, class Trees, class Hits>
 class StreamSteps {
+ public:
+  StreamSteps(const StreamSteps&) = delete;
+  StreamSteps& operator=(const StreamSteps&) = delete;
+
  protected:
   static constexpr bool kEvery = !std::is_same_v<Hits, BestHits>;
   static constexpr uint32_t kSlots = Trees::kSlots;
 
   StreamSteps(const Trees& trees, const HitFilter& filter, Hits hits) : trees_(trees), filter_(filter), hits_(hits) {}
-  StreamSteps(const StreamSteps&) = delete;
-  StreamSteps& operator=(const StreamSteps&) = delete;
 
   // The children of one node, nearest first or, for any hit, farthest first.
   struct alignas(64) Frame {
