@@ -99,4 +99,17 @@ std::string disagreement_any(const TestScene& scene, const Accelerator& accelera
   return "blocked, but nothing is near the ray";
 }
 
+BatchAnswers::BatchAnswers(const Accelerator& accelerator, std::span<const Ray> rays) {
+  Hit stale;
+  stale.instance = stale.triangle = 5;
+  hits.assign(rays.size(), stale);
+  coherent = hits;
+  blocked.assign(rays.size(), 7);
+  blocked_coherent = blocked;
+  accelerator.intersect(rays, hits);
+  accelerator.intersect_coherent(rays, coherent);
+  accelerator.occluded(rays, blocked);
+  accelerator.occluded_coherent(rays, blocked_coherent);
+}
+
 } // namespace kindling::accel::testing

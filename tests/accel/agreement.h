@@ -4,7 +4,10 @@
 
 #include "tests/accel/accel_scenes.h"
 
+#include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace kindling::accel::testing {
 
@@ -20,6 +23,14 @@ namespace kindling::accel::testing {
 // is displaced by no more than those rounding errors.
 [[nodiscard]] std::string disagreement_any(const TestScene& scene, const Accelerator& accelerator, const Ray& ray,
                                            const Hit& expected, bool blocked);
+// The answers of an accelerator's four batch calls to the same rays.
+struct BatchAnswers {
+  std::vector<Hit> hits, coherent;
+  std::vector<uint8_t> blocked, blocked_coherent; // 0 or 1
+
+  // Answers that a call leaves out are neither misses nor valid.
+  BatchAnswers(const Accelerator& accelerator, std::span<const Ray> rays);
+};
 // Returns the tolerance of t used by disagreement().
 [[nodiscard]] float distance_tolerance(const TestScene& scene, const Ray& ray, const Hit& hit);
 

@@ -72,20 +72,13 @@ TEST_P(EmbreeCalls, MatchSingleRayCalls) {
       for (size_t first = 0; first < rays.size(); first += size) {
         size = std::min<size_t>(rng() % 4 == 0 ? rng() % 6 : rng() % 300, rays.size() - first);
         const std::span<const Ray> part = std::span(rays).subspan(first, size);
-        Hit stale;
-        stale.instance = stale.triangle = 5;
-        std::vector<Hit> hits(size, stale), coherent(size, stale);
-        std::vector<uint8_t> blocked(size, 7), blocked_coherent(size, 7);
-        by_call->intersect(part, hits);
-        by_call->intersect_coherent(part, coherent);
-        by_call->occluded(part, blocked);
-        by_call->occluded_coherent(part, blocked_coherent);
+        const BatchAnswers got(*by_call, part);
         for (size_t i = 0; i < size; ++i) {
           const Hit single = embree->intersect(part[i]);
-          ASSERT_EQ(disagreement(scene, part[i], single, hits[i]), "");
-          ASSERT_EQ(disagreement(scene, part[i], single, coherent[i]), "");
-          ASSERT_EQ(disagreement_any(scene, *embree, part[i], single, blocked[i] != 0), "");
-          ASSERT_EQ(blocked[i], blocked_coherent[i]);
+          ASSERT_EQ(disagreement(scene, part[i], single, got.hits[i]), "");
+          ASSERT_EQ(disagreement(scene, part[i], single, got.coherent[i]), "");
+          ASSERT_EQ(disagreement_any(scene, *embree, part[i], single, got.blocked[i] != 0), "");
+          ASSERT_EQ(got.blocked[i], got.blocked_coherent[i]);
           hit_count += single.is_hit() ? 1 : 0;
         }
       }

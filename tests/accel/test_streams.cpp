@@ -111,19 +111,12 @@ void expect_batches_equal_single_rays(const NamedScene& named, const BuildOption
     for (size_t& i : chosen) i = rng() % rays.size();
     std::vector<Ray> batch(size);
     std::transform(chosen.begin(), chosen.end(), batch.begin(), [&](size_t i) { return rays[i]; });
-    Hit stale;
-    stale.instance = stale.triangle = 5;
-    std::vector<Hit> hits(size, stale), coherent(size, stale);
-    std::vector<uint8_t> blocked(size, 7), blocked_coherent(size, 7);
-    accelerator->intersect(batch, hits);
-    accelerator->intersect_coherent(batch, coherent);
-    accelerator->occluded(batch, blocked);
-    accelerator->occluded_coherent(batch, blocked_coherent);
+    const BatchAnswers got(*accelerator, batch);
     for (size_t i = 0; i < size; ++i) {
-      ASSERT_EQ(std::memcmp(&hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
-      ASSERT_EQ(disagreement(named.scene, batch[i], expected[chosen[i]], coherent[i]), "") << "batch of " << size;
-      ASSERT_EQ(blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
-      ASSERT_EQ(blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
+      ASSERT_EQ(std::memcmp(&got.hits[i], &expected[chosen[i]], sizeof(Hit)), 0) << "batch of " << size;
+      ASSERT_EQ(disagreement(named.scene, batch[i], expected[chosen[i]], got.coherent[i]), "") << "batch of " << size;
+      ASSERT_EQ(got.blocked[i], expected_blocked[chosen[i]]) << "batch of " << size;
+      ASSERT_EQ(got.blocked_coherent[i], expected_blocked[chosen[i]]) << "batch of " << size;
     }
   }
 }

@@ -15,6 +15,11 @@ namespace kindling::accel::kd::KINDLING_SIMD {
   return tree.root != kEmptyChild && (tree.root & kLeafBit) != 0;
 }
 
+// Returns kx, ky and kz of RayShear for directions with this largest axis.
+[[nodiscard]] inline std::array<uint32_t, 3> sheared_axes(uint32_t axis) {
+  return {(axis + 1) % 3, (axis + 2) % 3, axis};
+}
+
 // Up to kMax rays, sorted by the largest axis of their directions. Each axis begins with a full
 // register; places that have no ray have an empty interval.
 class RaysByAxis {
@@ -27,7 +32,6 @@ class RaysByAxis {
   void sort(std::span<const Ray> rays, const Apart& apart) {
     std::array<RayLanes, kMax / kRayLanes> loaded;
     std::array<std::array<uint32_t, 3>, kMax / kRayLanes> of_axis; // masks
-    std::array<uint32_t, 3> counts{};
     const auto registers = static_cast<uint32_t>((rays.size() + kRayLanes - 1) / kRayLanes);
     for (uint32_t r = 0; r < registers; ++r) {
       const auto from = rays.subspan(size_t{r} * kRayLanes);
@@ -38,14 +42,13 @@ class RaysByAxis {
       const RayLanes::LargestAxis largest = lanes.largest_axis();
       const uint32_t sorted = valid & ~is_short;
       of_axis[r] = {largest.x & sorted, largest.y & sorted, sorted & ~(largest.x | largest.y)};
-      for (size_t axis = 0; axis < 3; ++axis) counts[axis] += static_cast<uint32_t>(std::popcount(of_axis[r][axis]));
       for (uint32_t rest = is_short; rest != 0; rest &= rest - 1)
         apart(r * kRayLanes + static_cast<uint32_t>(std::countr_zero(rest)));
     }
     uint32_t at = 0;
     for (uint32_t axis = 0; axis < 3; ++axis) {
       begin_[axis] = at;
-      const std::array<uint32_t, 3> k{(axis + 1) % 3, (axis + 2) % 3, axis}; // as in RayShear
+      const std::array<uint32_t, 3> k = sheared_axes(axis);
       for (uint32_t r = 0; r < registers; ++r) {
         for (uint32_t rest = of_axis[r][axis]; rest != 0; rest &= rest - 1, ++at) {
           const auto i = static_cast<uint32_t>(std::countr_zero(rest));
@@ -89,7 +92,7 @@ template <bool kAny>
 class LeafRays {
  public:
   LeafRays(const RaysByAxis& rays, uint32_t first, uint32_t axis)
-      : axes_{(axis + 1) % 3, (axis + 2) % 3, axis}, ox_(WideLanes::load(&rays.origin[0][first])),
+      : axes_(sheared_axes(axis)), ox_(WideLanes::load(&rays.origin[0][first])),
         oy_(WideLanes::load(&rays.origin[1][first])), oz_(WideLanes::load(&rays.origin[2][first])),
         t_min_(WideLanes::load(&rays.t_min[first])), t_max_(WideLanes::load(&rays.t_max[first])) {
     const WideLanes dz = WideLanes::load(&rays.direction[2][first]);
@@ -180,7 +183,7 @@ class LeafRays {
       primitive_[static_cast<size_t>(std::countr_zero(rest))] = primitive;
   }
 
-  std::array<uint32_t, 3> axes_; // kx, ky and kz of RayShear
+  std::array<uint32_t, 3> axes_;
   WideLanes ox_, oy_, oz_, sx_, sy_, sz_, t_min_, t_max_;
   uint32_t hit_ = 0;                          // mask of the rays for which the others are valid
   WideLanes e1_{0.0f}, e2_{0.0f}, det_{1.0f}; // of the best hits, which are at t_max_

@@ -8,6 +8,7 @@
 #include "renderer/base/stopwatch.h"
 #include "renderer/session/ray_set.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,6 +21,10 @@ struct Answers {
   std::vector<uint8_t> occluded;
 
   explicit Answers(const RaySet& set);
+  // Returns the memory of those of its query; the others are empty.
+  [[nodiscard]] std::span<std::byte> bytes() {
+    return hits.empty() ? std::as_writable_bytes(std::span(occluded)) : std::as_writable_bytes(std::span(hits));
+  }
 };
 
 // Traces all rays of the set. A batch call gets `batch_size` rays, a coherent call one group, or a

@@ -110,9 +110,8 @@ std::optional<WorkTime> PluginContestant::trace(size_t set, CallForm form, uint3
   const std::string step = step_of(sets_[set], form);
   const auto reply = ask(request, step);
   if (!reply) return std::nullopt;
-  for (const std::span<std::byte> bytes : // one of the two is empty
-       {std::as_writable_bytes(std::span(answers.hits)), std::as_writable_bytes(std::span(answers.occluded))})
-    std::copy_n(answers_->data(), bytes.size(), bytes.begin());
+  const std::span<std::byte> bytes = answers.bytes();
+  std::copy_n(answers_->data(), bytes.size(), bytes.begin());
 
   if (const std::string wrong = examiner_.examine(sets_[set], set, form, answers); !wrong.empty())
     fault_ = fmt::format("lies {}: {}", step, wrong);

@@ -107,19 +107,14 @@ class PluginHost {
     const RaySet& set = race_.sets()[request.set];
     Answers answers(set);
     // No valid answers: those that a plugin leaves out are noticed.
-    for (const std::span<std::byte> bytes :
-         {std::as_writable_bytes(std::span(answers.hits)), std::as_writable_bytes(std::span(answers.occluded))})
-      std::ranges::fill(bytes, std::byte{0xee});
+    std::ranges::fill(answers.bytes(), std::byte{0xee});
     const double process_start = process_clock_s(ShootoutClock::cpu);
     const WorkTime work = measure(
         clock_s, [&] { trace(*accelerator_, set, static_cast<CallForm>(request.form), request.batch_size, answers); });
     reply.process_cpu_s = process_clock_s(ShootoutClock::cpu) - process_start;
     reply.wall_s = work.wall_s;
     reply.cpu_s = work.cpu_s;
-    // One of the two is empty.
-    const bool fits =
-        answer(std::as_bytes(std::span(answers.hits))) && answer(std::as_bytes(std::span(answers.occluded)));
-    return fits ? "" : kOutOfOrder;
+    return answer(answers.bytes()) ? "" : kOutOfOrder;
   }
 
   // Puts bytes where the race reads answers. False if there is no room for them.
