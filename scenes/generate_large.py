@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes large scenes: 7 million triangles, 10 million instances, cut-out foliage; needs NumPy."""
+"""Writes scenes that are not in this folder; needs NumPy.
+
+7 million triangles, 10 million instances, cut-out foliage, a room that is lit through a window.
+"""
 import argparse
 import pathlib
 import sys
@@ -10,16 +13,16 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
 
 import with_numpy  # noqa: F401  (first: another Python may have to take over)
 
-from generator import foliage, large
+from generator import foliage, large, window
 
-SCENES = {**large.SCENES, **foliage.SCENES}
+SCENES = {**large.SCENES, **foliage.SCENES, **window.SCENES}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("names", nargs="*", choices=[[], *SCENES], default=[], help="only these: " + ", ".join(SCENES))
-    parser.add_argument("--count", type=int, help="triangles of heavy, instances of swarm, cards of foliage [7000000, 10000000, 111000]")
+    parser.add_argument("--count", type=int, help="triangles of heavy, instances of swarm, cards of foliage, windows of window [7000000, 10000000, 111000, 1]")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     for name, (build, _, usual) in SCENES.items():

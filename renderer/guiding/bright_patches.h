@@ -11,7 +11,7 @@
 
 namespace kindling {
 
-// A rectangle parallel to two coordinate axes, on or close to surfaces.
+// A rectangle parallel to two coordinate axes, on or close to surfaces, or in an opening.
 struct BrightPatch {
   V3f center{0.0f};
   V3f half_size{0.0f};   // in meters; 0 along the axis of the facing

@@ -109,6 +109,7 @@ CausticGuide::CausticGuide(std::span<CausticRecord> records, uint64_t paths, flo
 CausticGain caustic_gain(std::span<const GuideRecord> records, uint64_t paths) {
   double share = 0.0, with = 0.0, without = 0.0;
   for (const GuideRecord& record : records) {
+    if (record.hit_kind == kOnBounds) continue;
     const auto moment = static_cast<double>(record.contribution2),
                density = static_cast<double>(record.without_caustics);
     if (record.without_caustics * kOftener < 1.0f) share += std::sqrt(moment);

@@ -55,21 +55,18 @@ class PatchFinder {
 
   std::vector<BrightPatch> find() {
     std::stable_sort(records_.begin(), records_.end(),
-                     [](const GuideRecord& a, const GuideRecord& b) { return a.hit_facing < b.hit_facing; });
+                     [](const GuideRecord& a, const GuideRecord& b) { return a.hit_group() < b.hit_group(); });
     Box3f bounds;
     for (const GuideRecord& r : records_) bounds.extendBy(r.hit);
     if (records_.empty()) return {};
     min_side_ = bounds.size().length() * 1e-3f;
-    size_t begin = 0;
-    for (uint32_t facing = 0; facing < kFacings; ++facing) {
-      size_t end = begin;
-      while (end < records_.size() && records_[end].hit_facing == facing) ++end;
+    for (size_t begin = 0, end = 0; begin < records_.size(); begin = end) {
+      while (end < records_.size() && records_[end].hit_group() == records_[begin].hit_group()) ++end;
       if (end - begin >= kMinHits) {
         const std::span<GuideRecord> hits = records_.subspan(begin, end - begin);
-        total_area_ += largest_area(hits, static_cast<int>(facing / 2));
+        total_area_ += largest_area(hits, static_cast<int>(hits.front().hit_facing / 2));
         clusters_.emplace_back().hits = hits;
       }
-      begin = end;
     }
     for (const GuideRecord& r : records_) total_moment_ += static_cast<double>(r.contribution2);
     tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t i) { clusters_[i] = make_cluster(clusters_[i].hits); });

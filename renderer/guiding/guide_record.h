@@ -17,12 +17,17 @@ inline constexpr uint32_t kFacings = 6;
   return 2 * axis + (normal[static_cast<int>(axis)] < 0.0f ? 1 : 0);
 }
 
+inline constexpr uint8_t kOnSurface = 0, kOnBounds = 1, kFirstOpening = 2; // see GuideRecord::hit_kind
+
 // A sampled direction at a surface and its contribution to the image. World space.
 struct GuideRecord {
   V3f position{0.0f};
   V3f normal{0.0f}; // unit, the shading normal
-  V3f hit{0.0f};    // where the direction hit another surface
+  V3f hit{0.0f};    // where the direction hit another surface, or left the scene
   uint32_t hit_facing = 0;
+  // Hits of one kind are on or close to surfaces, on the bounds of the scene, which are left there,
+  // or in one opening each.
+  uint8_t hit_kind = kOnSurface;
   // Squared luminance that the pixel received from this direction, relative to the image there.
   float contribution2 = 0.0f;
   // Solid-angle densities, relative to the one that the direction was sampled with. With
@@ -32,6 +37,9 @@ struct GuideRecord {
   float replaced = 0.0f;         // of the lobes that the guide may replace
   float allowed = 0.0f;          // maximum probability of guided directions
   float without_caustics = 1.0f; // of all but the directions of caustics; above 0
+
+  // Hits of one group have one kind and one facing.
+  [[nodiscard]] uint32_t hit_group() const { return hit_kind * kFacings + hit_facing; }
 };
 
 } // namespace kindling

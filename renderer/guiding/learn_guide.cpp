@@ -6,6 +6,9 @@
 
 #include <tbb/parallel_invoke.h>
 
+#include <algorithm>
+#include <array>
+
 namespace kindling {
 namespace {
 
@@ -36,14 +39,38 @@ std::vector<GuideRecord> select(std::span<const GuideRecord> records) {
   return selected;
 }
 
-// Fits on different records than those that found the patches, to avoid overfitting.
-void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) {
+// Records that find patches, and others that these are fitted to, to avoid overfitting.
+using Halves = std::array<std::vector<GuideRecord>, 2>;
+
+// Returns empty halves if there are too few records.
+Halves divide(std::span<const GuideRecord> records) {
   const std::vector<GuideRecord> selected = select(records);
-  if (selected.size() < kMinRecords) return;
-  std::vector<GuideRecord> halves[2];
+  Halves halves;
+  if (selected.size() < kMinRecords) return halves;
   for (size_t i = 0; i < selected.size(); ++i) halves[i % 2].push_back(selected[i]);
+  return halves;
+}
+
+void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) {
+  std::vector<GuideRecord> on_surfaces;
+  for (const GuideRecord& record : records)
+    if (record.hit_kind == kOnSurface) on_surfaces.push_back(record);
+  Halves halves = divide(on_surfaces);
+  if (halves[0].empty()) return;
   learned.guide.patches = fit_strengths(halves[1], find_patches(halves[0]));
   learned.second_moment = second_moment(halves[1], learned.guide.patches);
+}
+
+// Returns the records that patches of openings were fitted to; empty if there are none.
+std::vector<GuideRecord> learn_openings(std::span<const GuideRecord> records, LearnedGuide& learned) {
+  Halves halves = divide(records);
+  const bool has_openings = move_to_openings(halves[0]);
+  const bool leaves_scene = std::any_of(halves[0].begin(), halves[0].end(),
+                                        [](const GuideRecord& record) { return record.hit_kind == kOnBounds; });
+  if (!has_openings && !leaves_scene) return {};
+  learned.patches_of_openings = fit_strengths(halves[1], find_patches(halves[0]));
+  learned.second_moment_of_openings = second_moment(halves[1], learned.patches_of_openings);
+  return halves[1];
 }
 
 void learn_light_probabilities(std::span<const LightRecord> records, LearnedGuide& learned) {
@@ -64,8 +91,11 @@ void learn_light_probabilities(std::span<const LightRecord> records, LearnedGuid
 
 LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records) {
   LearnedGuide learned;
-  tbb::parallel_invoke([&] { learn_patches(records, learned); },
+  std::vector<GuideRecord> fitted;
+  tbb::parallel_invoke([&] { learn_patches(records, learned); }, [&] { fitted = learn_openings(records, learned); },
                        [&] { learn_light_probabilities(light_records, learned); });
+  if (!(learned.second_moment_of_openings < second_moment(fitted, learned.guide.patches)))
+    learned.second_moment_of_openings = kInfinity;
   return learned;
 }
 

@@ -12,20 +12,28 @@ namespace kindling {
 
 struct LearnedGuide {
   Guide guide;
-  // Second moment of the records' contributions with the guide, relative to that without, on
-  // records that were not used to find the patches. Below 1 is a gain.
+  // Second moment of the contributions of the records that hit surfaces with the guide, relative to
+  // that without, on records that were not used to find the patches. Below 1 is a gain.
   double second_moment = 1.0;
   double light_second_moment = 1.0; // likewise for light samples
+  // Other patches for the guide, which also aim at light that comes through openings and from
+  // beyond the scene, and the same of all records; infinite where these patches are no better.
+  BrightPatches patches_of_openings;
+  double second_moment_of_openings = kInfinity;
 };
 
 // Deterministic in the records and their order.
 [[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records,
                                        std::span<const LightRecord> light_records);
 
-// The two steps for patches. First, finds rectangles around the hits of the records with the
-// largest contributions, at most BrightPatches::kMax, with strength 1; sorts `records`.
+// The steps for patches. First, hits of light that comes through an opening, such as a window or a
+// door, are moved to a rectangle there if they are less spread in it. At most one opening is found
+// across each axis, seen from each side. False: no hit was moved.
+[[nodiscard]] bool move_to_openings(std::span<GuideRecord> records);
+// Then finds rectangles around the hits of the records with the largest contributions, at most
+// BrightPatches::kMax, with strength 1; sorts `records`.
 [[nodiscard]] std::vector<BrightPatch> find_patches(std::span<GuideRecord> records);
-// Then fits the strengths that minimize the second moment; patches of negligible effect are
+// Last fits the strengths that minimize the second moment; patches of negligible effect are
 // dropped.
 [[nodiscard]] BrightPatches fit_strengths(std::span<const GuideRecord> records, std::vector<BrightPatch> patches);
 // Returns the relative second moment of these records.

@@ -39,6 +39,9 @@ struct BatchSink {
   void arrive(const PathInFlight& path, const SurfacePoint* surface) {
     if (context.recorder) context.recorder->arrive(path.slot, path.state, surface);
   }
+  void escape(const PathInFlight& path, const accel::Ray& ray) {
+    if (context.recorder) context.recorder->escape(path.slot, path.state, ray.direction, world.bounds);
+  }
   void reflect(const PathStages::Vertex& vertex, const GuidedBsdf::Sample& scattered, const PathInFlight& path) {
     if (!context.recorder) return;
     GuideRecord record;

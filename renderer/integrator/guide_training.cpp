@@ -34,15 +34,16 @@ constexpr uint64_t kTimedPathStep = 1024;     // plans are multiples of this
 // A guide is used for what it predicts to lower the second moment below these, relative to
 // rendering without it. The probe knows little, so it only has to look promising. Patches make a
 // sample up to 10 % more expensive and improve only the variance of reflected light; probabilities
-// of lights cost nothing.
+// of lights cost nothing. Patches in openings gain more than they predict: they find the light of
+// the sky, too, most of whose light samples are blocked by walls.
 struct Limits {
-  double patches, lights;
+  double patches, openings, lights;
 };
-constexpr Limits kPromising{0.91, 0.98};
-constexpr Limits kPromisingAfterFew{0.98, 0.995}; // a short probe knows less
-constexpr Limits kWorthwhile{0.88, 0.97};
-constexpr Limits kWorthwhileAfterFew{0.94, 0.97}; // few paths predict less than their guide gains
-constexpr Limits kAnyGain{1.0, 1.0};
+constexpr Limits kPromising{0.91, 0.97, 0.98};
+constexpr Limits kPromisingAfterFew{0.98, 0.98, 0.995}; // a short probe knows less
+constexpr Limits kWorthwhile{0.88, 0.94, 0.97};
+constexpr Limits kWorthwhileAfterFew{0.94, 0.94, 0.97}; // few paths predict less than their guide gains
+constexpr Limits kAnyGain{1.0, 1.0, 1.0};
 
 // Directions of caustics make paths on all surfaces with caustics 1.3 times as expensive. They pay
 // where the BSDF alone would miss this share of the image's light in most pixels.
@@ -219,7 +220,12 @@ class Training {
     LearnedGuide learned = learn_guide(records_, light_records_);
     statistics_.predicted = learned.second_moment;
     statistics_.predicted_lights = learned.light_second_moment;
-    if (!(learned.second_moment < limits.patches)) learned.guide.patches = {};
+    if (learned.second_moment_of_openings < limits.openings) {
+      learned.guide.patches = learned.patches_of_openings;
+      statistics_.predicted = learned.second_moment_of_openings;
+    } else if (!(learned.second_moment < limits.patches)) {
+      learned.guide.patches = {};
+    }
     if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
     if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));

@@ -30,22 +30,17 @@ class PathRecorder {
     path.in_flight = path.count < kMaxReflections;
     if (path.in_flight) reflections_[slot * kMaxReflections + path.count++] = {record, 0.0f};
   }
-  // Called when the ray of the last reflection has hit a surface, or none (null), before any light
+  // Called when the ray of the last reflection has hit a surface, or ended (null), before any light
   // found there is added.
   void arrive(size_t slot, const PathState& state, const SurfacePoint* surface) {
-    Path& path = paths_[slot];
-    if (!path.in_flight) return;
-    path.in_flight = false;
-    if (!surface || surface->position == reflections_[slot * kMaxReflections + path.count - 1].record.position) {
-      // There is no position that other paths could be guided to.
-      --path.count;
-      return;
-    }
-    Reflection& reflection = reflections_[slot * kMaxReflections + path.count - 1];
-    reflection.record.hit = surface->position;
-    reflection.record.hit_facing = facing_of(surface->geometric_normal);
-    reflection.found_before = luminance(state.light[0] + state.light[1] + state.light[2]);
+    if (surface)
+      arrive_at(slot, state, surface->position, facing_of(surface->geometric_normal), kOnSurface);
+    else
+      drop(slot);
   }
+  // Called when that ray, of a unit direction, has left the scene instead. `bounds` contains the
+  // scene.
+  void escape(size_t slot, const PathState& state, const V3f& direction, const Box3f& bounds);
   // Light samples of one stage, numbered from 0: offered in order, then taken if their shadow rays
   // are unoccluded.
   void start_lights() { offered_lights_.clear(); }
@@ -70,6 +65,11 @@ class PathRecorder {
     GuideRecord record;
     float found_before = 0.0f; // luminance
   };
+  // Completes the record of the reflection in flight, if there is one; or drops it, because there
+  // is no position that other paths could be guided to.
+  void arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing, uint8_t hit_kind);
+  void drop(size_t slot);
+
   std::vector<LightRecord> offered_lights_;
   std::vector<Path> paths_;
   std::vector<Reflection> reflections_;

@@ -114,6 +114,33 @@ TEST(TrainGuide, ReducesNoiseAndKeepsMean) {
   EXPECT_LT(relative_variance(guided), 0.8 * relative_variance(plain));
 }
 
+// The same room without a lamp, with a window in one wall, under a sky and beside a large yard.
+std::unique_ptr<const World> room_with_window() {
+  return make_world(
+      make_scene(
+          {diffuse_material(Rgb(0.6f))},
+          {quad(V3f(-2, 0, 2), V3f(4, 0, 0), V3f(0, 0, -4), 0), quad(V3f(-2, 2, -2), V3f(4, 0, 0), V3f(0, 0, 4), 0),
+           quad(V3f(-2, 0, -2), V3f(4, 0, 0), V3f(0, 2, 0), 0), quad(V3f(2, 0, 2), V3f(-4, 0, 0), V3f(0, 2, 0), 0),
+           quad(V3f(-2, 0, 2), V3f(0, 0, -4), V3f(0, 2, 0), 0), quad(V3f(2, 0, -2), V3f(0, 0, 4), V3f(0, 0.8f, 0), 0),
+           quad(V3f(2, 1.6f, -2), V3f(0, 0, 4), V3f(0, 0.4f, 0), 0),
+           quad(V3f(2, 0.8f, -2), V3f(0, 0, 1.5f), V3f(0, 0.8f, 0), 0),
+           quad(V3f(2, 0.8f, 1), V3f(0, 0, 1), V3f(0, 0.8f, 0), 0),
+           quad(V3f(-20, -0.1f, 20), V3f(40, 0, 0), V3f(0, 0, -40), 0)}),
+      accel::Kind::embree, std::make_shared<Environment>(Rgb(1.0f)));
+}
+
+TEST(TrainGuide, AimsAtWindows) {
+  const auto world = room_with_window();
+  RenderSettings settings = room_render(128, Guiding::off);
+  const Film plain = render(*world, room_camera(), settings, nullptr, nullptr).value().film;
+  settings.guiding = Guiding::automatic;
+  settings.seed = 1;
+  const Film guided = render_room(*world, settings);
+  const Mean without = mean_of(plain), with = mean_of(guided);
+  EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error));
+  EXPECT_LT(relative_variance(guided), 0.7 * relative_variance(plain));
+}
+
 TEST(TrainGuide, AutoStopsAfterTheProbe) {
   // In the open there is nothing to aim at.
   const auto world =

@@ -73,6 +73,7 @@ struct WaveSink {
   static constexpr bool kSplits = false;
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
+  void escape(const PathInFlight& /*path*/, const accel::Ray& /*ray*/) {}
   void reflect(const PathStages::Vertex& /*vertex*/, const GuidedBsdf::Sample& /*scattered*/,
                const PathInFlight& /*path*/) {}
   void offer_light(const PathStages::Vertex& /*vertex*/, const LightSample& /*light*/, const Rgb& /*contribution*/) {}

@@ -55,6 +55,7 @@ struct PhotonSink {
   void gather_photons(const PathStages::Vertex&, const PathInFlight&, float) {}
   [[nodiscard]] static bool records() { return false; }
   void arrive(const PathInFlight&, const SurfacePoint*) {}
+  void escape(const PathInFlight&, const accel::Ray&) {}
   void reflect(const PathStages::Vertex&, const GuidedBsdf::Sample&, const PathInFlight&) {}
   void offer_light(const PathStages::Vertex&, const LightSample&, const Rgb&) {}
   void surface_event(const accel::Ray&, const accel::Hit&, const SurfacePoint&, const PathState&) {}

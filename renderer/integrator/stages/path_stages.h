@@ -64,7 +64,7 @@ struct ShadowRecord {
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
 //   gather_photons()                                              adds the light of photons nearby
 //   kBesideLightPaths                                             false: never with light paths
-//   records(), arrive(), reflect(), offer_light()                 for the training of a guide
+//   records(), arrive(), escape(), reflect(), offer_light()       for the training of a guide
 //   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
 //   split_emission(), split_environment()                       kSplits (split_light.h)
 //   surface_event(), scatter_event(), escaped_event()             for the replay of a sample

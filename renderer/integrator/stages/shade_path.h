@@ -194,7 +194,7 @@ template <typename Sink>
 inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at,
                                       const PathInFlight& path, Sink& sink) const {
   PathState& state = path.state;
-  sink.arrive(path, nullptr);
+  sink.escape(path, ray);
   if (state.bounce == 0) {
     if (settings.transparent_background) {
       state.alpha = 1.0f - (state.throughput.x + state.throughput.y + state.throughput.z) / 3.0f; // through thin walls
