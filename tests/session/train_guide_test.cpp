@@ -138,7 +138,7 @@ TEST(TrainGuide, AimsAtWindows) {
   const Film guided = render_room(*world, settings);
   const Mean without = mean_of(plain), with = mean_of(guided);
   EXPECT_NEAR(with.luminance, without.luminance, 4.5 * std::hypot(with.standard_error, without.standard_error));
-  EXPECT_LT(relative_variance(guided), 0.7 * relative_variance(plain));
+  EXPECT_LT(relative_variance(guided), 0.5 * relative_variance(plain));
 }
 
 TEST(TrainGuide, AutoStopsAfterTheProbe) {
