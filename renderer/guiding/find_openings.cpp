@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 namespace kindling {
@@ -77,7 +78,9 @@ std::vector<Weighted> sorted_coordinates(std::span<const Target> targets, int ax
   const size_t step = targets.size() / kSorted + 1;
   for (size_t i = 0; i < targets.size(); i += step)
     some.push_back({coordinate(targets[i].at, axis, k), targets[i].record->contribution2});
-  std::sort(some.begin(), some.end(), [](const Weighted& a, const Weighted& b) { return a.at < b.at; });
+  std::sort(some.begin(), some.end(), [](const Weighted& a, const Weighted& b) {
+    return std::tie(a.at, a.moment) < std::tie(b.at, b.moment); // one order, whatever the library's sort does
+  });
   return some;
 }
 
