@@ -16,8 +16,9 @@ struct LearnedGuide {
   // that without, on records that were not used to find the patches. Below 1 is a gain.
   double second_moment = 1.0;
   double light_second_moment = 1.0; // likewise for light samples
-  // Other patches for the guide, which also aim at light that comes through openings and from
-  // beyond the scene, and the same of all records; infinite where these patches are no better.
+  // Patches to use instead of the guide's: they are learned from all records, and also aim at light
+  // that comes through openings or from beyond the scene. Their second moment is that of all
+  // records; it is infinite if the guide's patches are as good.
   BrightPatches patches_of_openings;
   double second_moment_of_openings = kInfinity;
 };

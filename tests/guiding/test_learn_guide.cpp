@@ -4,13 +4,10 @@
 
 #include "renderer/base/frame.h"
 #include "renderer/sampling/warp.h"
+#include "tests/guiding/on_any_threads.h"
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
-#include <cstring>
 
 namespace kindling {
 namespace {
@@ -95,21 +92,8 @@ TEST(LearnGuide, StrengthsAreAMinimum) {
     }
 }
 
-// Bitwise equality matters: the guide determines the samples of an image.
 TEST(LearnGuide, IsIndependentOfThreadCount) {
-  const std::vector<GuideRecord> records = room_records(100000, 7, 3.0f);
-  LearnedGuide alone;
-  tbb::task_arena(1).execute([&] { alone = learn_guide(records, {}); });
-  ASSERT_FALSE(alone.guide.patches.empty());
-  for (int i = 0; i < 3; ++i) {
-    LearnedGuide together;
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
-    tbb::task_arena(4).execute([&] { together = learn_guide(records, {}); });
-    EXPECT_EQ(together.second_moment, alone.second_moment);
-    const std::span<const BrightPatch> a = alone.guide.patches.patches(), b = together.guide.patches.patches();
-    ASSERT_EQ(a.size(), b.size());
-    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
-  }
+  EXPECT_FALSE(test::learn_on_any_threads(room_records(100000, 7, 3.0f)).guide.patches.empty());
 }
 
 TEST(LearnGuide, HandlesEmptyAndDegenerateRecords) {

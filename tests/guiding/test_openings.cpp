@@ -3,13 +3,10 @@
 #include "renderer/base/frame.h"
 #include "renderer/guiding/learn_guide.h"
 #include "renderer/sampling/warp.h"
+#include "tests/guiding/on_any_threads.h"
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
-#include <cstring>
 
 namespace kindling {
 namespace {
@@ -44,7 +41,7 @@ float to_border(const V3f& from, const V3f& wi, float half, float top, uint32_t&
 }
 
 // From the floor of a room with windows, whose walls and ceiling are dim, to these and to the sky.
-// Of the dim directions one in eight has a record, which counts for all.
+// Only every eighth dim direction is recorded; its contribution is eight times as large.
 std::vector<GuideRecord> room_records(int count, uint64_t seed, std::span<const Window> windows) {
   Random random(seed);
   std::vector<GuideRecord> records;
@@ -149,23 +146,9 @@ TEST(Openings, GuideAimsAtTheWindow) {
   EXPECT_GT(chances.sum * static_cast<float>(inside), 3.0f * static_cast<float>(by_chance));
 }
 
-// Bitwise equality matters: the guide determines the samples of an image.
 TEST(Openings, DoNotDependOnThreads) {
   const Window windows[] = {kEast};
-  const std::vector<GuideRecord> records = room_records(50000, 5, windows);
-  LearnedGuide alone;
-  tbb::task_arena(1).execute([&] { alone = learn_guide(records, {}); });
-  ASSERT_FALSE(alone.patches_of_openings.empty());
-  for (int i = 0; i < 3; ++i) {
-    LearnedGuide together;
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
-    tbb::task_arena(4).execute([&] { together = learn_guide(records, {}); });
-    EXPECT_EQ(together.second_moment_of_openings, alone.second_moment_of_openings);
-    const std::span<const BrightPatch> a = alone.patches_of_openings.patches(),
-                                       b = together.patches_of_openings.patches();
-    ASSERT_EQ(a.size(), b.size());
-    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size_bytes()), 0);
-  }
+  EXPECT_FALSE(test::learn_on_any_threads(room_records(50000, 5, windows)).patches_of_openings.empty());
 }
 
 } // namespace
