@@ -30,18 +30,25 @@ SIZES = {
 }
 FAST = "build, `fast` / medium"
 COLUMNS = [*SPEEDS, *SIZES, FAST]
+ISAS = ("sse2", "sse4.2", "avx", "avx2", "avx512", "portable")
+
+
+def plain(name):
+    """The name of an accelerator without the instruction set that --isa adds."""
+    *most, last = name.split(":")
+    return ":".join(most) if last in ISAS else name
 
 
 def fast_build(scene):
     """Time of a build of `fast` over that of the faster of Embree's builds of medium quality; None if it was not in the race."""
-    seconds = {accelerator["name"]: accelerator["build"]["many_threads"]["median_s"] for accelerator in scene["accelerators"]}
+    seconds = {plain(accelerator["name"]): accelerator["build"]["many_threads"]["median_s"] for accelerator in scene["accelerators"]}
     embree = [seconds[name] for name in ("embree", "embree:non-robust") if name in seconds]
     return seconds["kdtree:fast"] / min(embree) if embree and "kdtree:fast" in seconds else None
 
 
 def ratios(scene):
     """{column: ratios, none if the race has no such figure}: of speeds to robust Embree and to any, else one."""
-    own = next(each for each in scene["against_embree"] if each["name"] == "kdtree")
+    own = next(each for each in scene["against_embree"] if plain(each["name"]) == "kdtree")
     lines = {line["ratio"]: line for line in own["lines"]}
     row = {title: (lines[measure]["to_robust_embree"], lines[measure]["to_any_embree"]) for title, measure in SPEEDS.items()}
     row |= {title: (lines[measure]["to_any_embree"],) for title, measure in SIZES.items()}

@@ -1,4 +1,4 @@
-// Finds patches: clusters of hits, split where that makes them denser.
+// Finds patches: clusters of hits, split where that makes them denser, of which the best are chosen.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 
@@ -6,15 +6,17 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
 
 namespace kindling {
 namespace {
 
 constexpr int kBins = 32;
-constexpr size_t kMinHits = 16; // of a patch
-constexpr size_t kMaxClusters = 4 * BrightPatches::kMax;
-constexpr double kPredictedMoment = 0.6; // assumed second moment with the guide, relative to that without
-constexpr size_t kTaskHits = 2048;       // hits that are worth a task
+constexpr size_t kMinHits = 16;                          // of a patch
+constexpr size_t kMaxClusters = 8 * BrightPatches::kMax; // with those that are split
+constexpr size_t kTaskHits = 2048;                       // hits that are worth a task
 
 struct Split {
   double gain = 0.0;
@@ -27,7 +29,9 @@ struct Cluster {
   Box3f box;
   double moment = 0.0;
   double cost = 0.0;
-  Split split; // the best one
+  double objective = 0.0;
+  Split split;      // the best one, until it is done
+  size_t parts = 0; // index of the first of two clusters that it is split into; 0: none
 };
 
 // Returns half the surface area of a box that is thin along one axis; always positive.
@@ -51,7 +55,7 @@ struct Bin {
 
 class PatchFinder {
  public:
-  explicit PatchFinder(std::span<GuideRecord> records) : records_(records) {}
+  PatchFinder(std::span<GuideRecord> records, const PatchSearch& search) : records_(records), search_(search) {}
 
   std::vector<BrightPatch> find() {
     std::stable_sort(records_.begin(), records_.end(),
@@ -70,7 +74,8 @@ class PatchFinder {
     }
     for (const GuideRecord& r : records_) total_moment_ += static_cast<double>(r.contribution2);
     tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t i) { clusters_[i] = make_cluster(clusters_[i].hits); });
-    while (clusters_.size() < kMaxClusters && count_worthwhile() < BrightPatches::kMax) {
+    const size_t group_count = clusters_.size();
+    while (clusters_.size() < kMaxClusters) {
       const auto best = std::max_element(clusters_.begin(), clusters_.end(), [](const Cluster& a, const Cluster& b) {
         return a.split.gain < b.split.gain;
       });
@@ -78,8 +83,8 @@ class PatchFinder {
       split(static_cast<size_t>(best - clusters_.begin()));
     }
     std::vector<BrightPatch> patches;
-    for (const Cluster& cluster : clusters_) {
-      if (!worth_it(cluster) || patches.size() == BrightPatches::kMax) continue;
+    for (const size_t chosen : best_clusters(group_count)) {
+      const Cluster& cluster = clusters_[chosen];
       BrightPatch patch;
       patch.facing = cluster.hits.front().hit_facing;
       const auto axis = static_cast<int>(patch.facing / 2);
@@ -102,20 +107,13 @@ class PatchFinder {
   // fraction P gives E / (1 / total + P / A), and takes P of everything else, whose weight is about
   // the whole. The best P is 0 for a cluster that is not denser than the average.
   [[nodiscard]] double cost(double area, double moment) const {
-    const double price = kPredictedMoment * total_moment_ * total_area_;
+    const double price = search_.expected_moment * total_moment_ * total_area_;
     if (moment * square(total_area_) <= price * area) return moment * total_area_;
     return 2.0 * std::sqrt(price * area * moment) - price * area / total_area_;
   }
   static double square(double x) { return x * x; }
-  [[nodiscard]] size_t count_worthwhile() const {
-    size_t count = 0;
-    for (const Cluster& cluster : clusters_) count += worth_it(cluster) ? 1 : 0;
-    return count;
-  }
-  [[nodiscard]] bool worth_it(const Cluster& cluster) const {
-    const double area = size_of(cluster.box, static_cast<int>(cluster.hits.front().hit_facing / 2), min_side_);
-    return cluster.moment * total_area_ > kPredictedMoment * total_moment_ * area;
-  }
+  // Returns how much directions to a cluster lower its predicted second moment.
+  [[nodiscard]] double benefit(const Cluster& cluster) const { return cluster.moment * total_area_ - cluster.cost; }
 
   // Returns the area of the rectangle that contains the middle nine tenths of the hits along each
   // axis.
@@ -131,6 +129,16 @@ class PatchFinder {
     return area;
   }
 
+  // Returns what splits are to lower.
+  [[nodiscard]] double objective(double area, double moment) const {
+    return search_.splits == PatchSearch::Splits::cost ? cost(area, moment) : std::sqrt(area * moment);
+  }
+  // Returns the size of a box with the margin that a patch of its hits has.
+  [[nodiscard]] double area_of(const Box3f& box, size_t count, int normal_axis) const {
+    const double margin = 1.0 + 2.0 / static_cast<double>(count);
+    return size_of(box, normal_axis, min_side_) * square(margin);
+  }
+
   Cluster make_cluster(std::span<GuideRecord> hits) const {
     Cluster cluster;
     cluster.hits = hits;
@@ -139,7 +147,9 @@ class PatchFinder {
       cluster.moment += static_cast<double>(r.contribution2);
     }
     const auto normal_axis = static_cast<int>(hits.front().hit_facing / 2);
-    cluster.cost = cost(size_of(cluster.box, normal_axis, min_side_), cluster.moment);
+    const double area = area_of(cluster.box, hits.size(), normal_axis);
+    cluster.cost = cost(area, cluster.moment);
+    cluster.objective = objective(area, cluster.moment);
     std::array<Split, 3> splits;
     const auto try_axis = [&](int axis) { splits[static_cast<size_t>(axis)] = best_split(cluster, axis, normal_axis); };
     if (hits.size() >= kTaskHits) {
@@ -174,12 +184,71 @@ class PatchFinder {
     for (size_t i = 1; i < kBins; ++i) {
       below.add(bins[i - 1]);
       if (below.count < kMinHits || above[i].count < kMinHits) continue;
-      const double gain = cluster.cost - cost(size_of(below.box, normal_axis, min_side_), below.moment) -
-                          cost(size_of(above[i].box, normal_axis, min_side_), above[i].moment);
+      const auto of_part = [&](const Bin& part) {
+        return objective(area_of(part.box, part.count, normal_axis), part.moment);
+      };
+      const double gain = cluster.objective - of_part(below) - of_part(above[i]);
       if (gain <= best.gain) continue;
       best = {gain, axis, 0.5f * (below.box.max[axis] + above[i].box.min[axis])};
     }
     return best;
+  }
+
+  // The best choice of patches in a cluster or in some groups: how many are in its first part, and
+  // how much they lower the predicted second moment.
+  struct Choice {
+    double benefit = 0.0;
+    size_t first = 0; // kWhole: the cluster is a patch
+  };
+  static constexpr size_t kWhole = SIZE_MAX;
+  using Choices = std::array<Choice, BrightPatches::kMax + 1>; // by the maximum number of patches
+
+  // Returns the choices of each cluster. Parts come after their whole.
+  [[nodiscard]] std::vector<Choices> choices_in_clusters() const {
+    std::vector<Choices> choices(clusters_.size());
+    for (size_t i = clusters_.size(); i-- > 0;) {
+      const size_t parts = clusters_[i].parts;
+      for (size_t count = 1; count <= BrightPatches::kMax; ++count) {
+        Choice& best = choices[i][count];
+        best = {benefit(clusters_[i]), kWhole};
+        for (size_t first = 0; parts != 0 && first <= count; ++first) {
+          const double both = choices[parts][first].benefit + choices[parts + 1][count - first].benefit;
+          if (both > best.benefit) best = {both, first};
+        }
+      }
+    }
+    return choices;
+  }
+
+  // Returns the clusters, at most BrightPatches::kMax and none inside of another, that together
+  // lower the predicted second moment most. The first `group_count` clusters contain all others.
+  [[nodiscard]] std::vector<size_t> best_clusters(size_t group_count) const {
+    const std::vector<Choices> inside = choices_in_clusters();
+    std::vector<Choices> before(group_count + 1); // a group: its first part is itself, the rest those before it
+    for (size_t group = 0; group < group_count; ++group)
+      for (size_t count = 1; count <= BrightPatches::kMax; ++count)
+        for (size_t here = 0; here <= count; ++here) {
+          const double both = inside[group][here].benefit + before[group][count - here].benefit;
+          if (both > before[group + 1][count].benefit) before[group + 1][count] = {both, here};
+        }
+    std::vector<std::pair<size_t, size_t>> open; // clusters, and how many patches each may have
+    size_t left = BrightPatches::kMax;
+    for (size_t group = group_count; group-- > 0; left -= open.back().second)
+      open.emplace_back(group, before[group + 1][left].first);
+    std::vector<size_t> chosen;
+    while (!open.empty()) {
+      const auto [cluster, count] = open.back();
+      open.pop_back();
+      const Choice& choice = inside[cluster][count];
+      if (!(choice.benefit > 0.0)) continue;
+      if (choice.first == kWhole) {
+        chosen.push_back(cluster);
+        continue;
+      }
+      open.emplace_back(clusters_[cluster].parts + 1, count - choice.first);
+      open.emplace_back(clusters_[cluster].parts, choice.first);
+    }
+    return chosen;
   }
 
   void split(size_t index) {
@@ -188,13 +257,12 @@ class PatchFinder {
       return r.hit[cluster.split.axis] < cluster.split.position;
     });
     const auto count = static_cast<size_t>(middle - cluster.hits.begin());
-    if (count == 0 || count == cluster.hits.size()) {
-      clusters_[index].split.gain = 0.0;
-      return;
-    }
-    Cluster& above = clusters_.emplace_back();
-    const auto make_below = [&] { clusters_[index] = make_cluster(cluster.hits.first(count)); };
-    const auto make_above = [&] { above = make_cluster(cluster.hits.subspan(count)); };
+    clusters_[index].split.gain = 0.0;
+    if (count == 0 || count == cluster.hits.size()) return;
+    const size_t parts = clusters_[index].parts = clusters_.size();
+    clusters_.resize(parts + 2);
+    const auto make_below = [&] { clusters_[parts] = make_cluster(cluster.hits.first(count)); };
+    const auto make_above = [&] { clusters_[parts + 1] = make_cluster(cluster.hits.subspan(count)); };
     if (cluster.hits.size() >= kTaskHits) {
       tbb::parallel_invoke(make_below, make_above);
     } else {
@@ -204,6 +272,7 @@ class PatchFinder {
   }
 
   std::span<GuideRecord> records_;
+  PatchSearch search_;
   float min_side_ = 0.0f; // of a patch, meters
   double total_area_ = 0.0;
   double total_moment_ = 0.0;
@@ -212,6 +281,8 @@ class PatchFinder {
 
 } // namespace
 
-std::vector<BrightPatch> find_patches(std::span<GuideRecord> records) { return PatchFinder(records).find(); }
+std::vector<BrightPatch> find_patches(std::span<GuideRecord> records, const PatchSearch& search) {
+  return PatchFinder(records, search).find();
+}
 
 } // namespace kindling

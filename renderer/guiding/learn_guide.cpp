@@ -4,6 +4,7 @@
 
 #include "renderer/base/hash.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -15,6 +16,9 @@ namespace {
 constexpr double kMaxFraction = 0.002;     // of the sum of all moments: larger contributions count as outliers
 constexpr double kTargetRecords = 24000.0; // records: the fit evaluates each of them for each patch, many times
 constexpr size_t kMinRecords = 256;        // with fewer records nothing is learned
+constexpr std::array kSearches{PatchSearch{PatchSearch::Splits::cost, 0.6},
+                               PatchSearch{PatchSearch::Splits::cost, 0.35},
+                               PatchSearch{PatchSearch::Splits::spread, 0.6}};
 
 // Returns a smaller, representative set: records with large moments are kept, others are subsampled
 // with larger moments.
@@ -51,14 +55,34 @@ Halves divide(std::span<const GuideRecord> records) {
   return halves;
 }
 
+struct FittedPatches {
+  BrightPatches patches;
+  double second_moment = 1.0;
+};
+
+// Returns the best of the sets of patches that several searches find. No search is best for every
+// scene.
+FittedPatches best_patches(const Halves& halves) {
+  std::array<FittedPatches, kSearches.size()> sets;
+  tbb::parallel_for(size_t{0}, sets.size(), [&](size_t i) {
+    std::vector<GuideRecord> records = halves[0];
+    sets[i].patches = fit_strengths(halves[1], find_patches(records, kSearches[i]));
+    sets[i].second_moment = second_moment(halves[1], sets[i].patches);
+  });
+  return *std::min_element(sets.begin(), sets.end(), [](const FittedPatches& a, const FittedPatches& b) {
+    return a.second_moment < b.second_moment;
+  });
+}
+
 void learn_patches(std::span<const GuideRecord> records, LearnedGuide& learned) {
   std::vector<GuideRecord> on_surfaces;
   for (const GuideRecord& record : records)
     if (record.hit_kind == kOnSurface) on_surfaces.push_back(record);
   Halves halves = divide(on_surfaces);
   if (halves[0].empty()) return;
-  learned.guide.patches = fit_strengths(halves[1], find_patches(halves[0]));
-  learned.second_moment = second_moment(halves[1], learned.guide.patches);
+  const FittedPatches best = best_patches(halves);
+  learned.guide.patches = best.patches;
+  learned.second_moment = best.second_moment;
 }
 
 // Returns the records that patches of openings were fitted to; empty if there are none.
@@ -68,8 +92,9 @@ std::vector<GuideRecord> learn_openings(std::span<const GuideRecord> records, Le
   const bool leaves_scene = std::any_of(halves[0].begin(), halves[0].end(),
                                         [](const GuideRecord& record) { return record.hit_kind == kOnBounds; });
   if (!has_openings && !leaves_scene) return {};
-  learned.patches_of_openings = fit_strengths(halves[1], find_patches(halves[0]));
-  learned.second_moment_of_openings = second_moment(halves[1], learned.patches_of_openings);
+  const FittedPatches best = best_patches(halves);
+  learned.patches_of_openings = best.patches;
+  learned.second_moment_of_openings = best.second_moment;
   return halves[1];
 }
 

@@ -45,6 +45,12 @@ class RaceTable(unittest.TestCase):
         self.assertEqual(row["memory / medium"], (1.5,))
         self.assertEqual(row[race_table.FAST], (1.5,))  # 1.5 s over the faster of 2 s and 1 s
 
+    def test_reports_of_one_instruction_set_have_the_same_table(self):
+        limited = scene("a.glb", 3.0)
+        for each in limited["accelerators"] + limited["against_embree"]:
+            each["name"] += ":avx2"
+        self.assertEqual(race_table.ratios(limited), race_table.ratios(scene("a.glb", 3.0)))
+
     def test_means_are_geometric_and_of_the_chosen_scenes(self):
         result = table_of(scene("x/a.glb", 1.0), scene("b.glb", 4.0), scene("c.glb", 50.0), flags=["--mean", "a,b"])
         self.assertEqual(result.returncode, 0, result.stderr)

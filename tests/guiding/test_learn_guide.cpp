@@ -76,11 +76,71 @@ TEST(LearnGuide, PredictsNoGainWithoutBrightRegions) {
   EXPECT_GT(learned.second_moment, 0.97);
 }
 
+// Hits on the six sides of a cube of 10 m: most on squares of 1 m, five to a side. One on the last
+// side measures 2 m and is as bright as all others together.
+std::vector<GuideRecord> hits_on_squares(int count, uint64_t seed) {
+  Random random(seed);
+  std::vector<GuideRecord> records(static_cast<size_t>(count));
+  for (size_t i = 0; i < records.size(); ++i) {
+    GuideRecord& record = records[i];
+    record.hit_facing = static_cast<uint32_t>(i % kFacings);
+    const auto axis = static_cast<int>(record.hit_facing / 2);
+    const auto square_number = std::floor(6.0f * random.next_1d());
+    const bool large = record.hit_facing == 5 && square_number == 0.0f;
+    V2f place{10.0f * random.next_1d() - 5.0f, 10.0f * random.next_1d() - 5.0f}; // number 5: anywhere
+    if (square_number < 5.0f) {
+      const float size = large ? 2.0f : 1.0f;
+      place = {2.0f * square_number - 4.5f + size * random.next_1d(), size * random.next_1d()};
+    }
+    record.hit[axis] = record.hit_facing % 2 == 0 ? -5.0f : 5.0f;
+    record.hit[(axis + 1) % 3] = place.x;
+    record.hit[(axis + 2) % 3] = place.y;
+    record.contribution2 = square_number == 5.0f ? 0.01f : large ? 30.0f : 1.0f;
+  }
+  return records;
+}
+
+// There are more squares than there may be patches. The brightest has patches, and so has every side,
+// although most of it is dim. No patch is inside of another.
+TEST(FindPatches, ChoosesTheBestClusters) {
+  std::vector<GuideRecord> records = hits_on_squares(36000, 8);
+  const std::vector<BrightPatch> patches = find_patches(records, {PatchSearch::Splits::spread, 0.6});
+  EXPECT_EQ(patches.size(), BrightPatches::kMax);
+  std::array<bool, kFacings> sides{};
+  bool found = false;
+  for (const BrightPatch& patch : patches) {
+    sides[patch.facing] = true;
+    found |= patch.facing == 5 && (patch.center - V3f(-3.5f, 1.0f, 5.0f)).length() < 0.2f;
+    for (const BrightPatch& other : patches) {
+      const V3f between = patch.center - other.center;
+      bool inside = &other != &patch && other.facing == patch.facing;
+      for (int k = 0; k < 3; ++k) inside &= std::fabs(between[k]) <= other.half_size[k];
+      EXPECT_FALSE(inside) << patch.center << " in " << other.center;
+    }
+  }
+  EXPECT_TRUE(found);
+  EXPECT_EQ(std::count(sides.begin(), sides.end(), true), kFacings);
+}
+
+// With less gain to expect, a patch must be brighter to be worth its directions.
+TEST(FindPatches, ExpectationsSetThePrice) {
+  std::vector<GuideRecord> records = hits_on_squares(36000, 9);
+  const auto area_of = [&](double expected_moment) {
+    double area = 0.0;
+    for (const BrightPatch& patch : find_patches(records, {PatchSearch::Splits::spread, expected_moment})) {
+      const V3f size = patch.half_size * 2.0f;
+      area += static_cast<double>(size.x * size.y + size.y * size.z + size.z * size.x);
+    }
+    return area;
+  };
+  EXPECT_GT(area_of(0.05), 1.2 * area_of(20.0));
+}
+
 // The strengths are a minimum: no change of a single one lowers the second moment of the fitted
 // records.
 TEST(LearnGuide, StrengthsAreAMinimum) {
   std::vector<GuideRecord> records = room_records(5000, 6, 5.0f);
-  std::vector<BrightPatch> patches = find_patches(records);
+  std::vector<BrightPatch> patches = find_patches(records, {});
   ASSERT_FALSE(patches.empty());
   const BrightPatches fitted = fit_strengths(records, patches);
   const double best = second_moment(records, fitted);
