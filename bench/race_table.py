@@ -35,8 +35,8 @@ ISAS = ("sse2", "sse4.2", "avx", "avx2", "avx512", "portable")
 
 def plain(name):
     """The name of an accelerator without the instruction set that --isa adds."""
-    *most, last = name.split(":")
-    return ":".join(most) if last in ISAS else name
+    *first, last = name.split(":")
+    return ":".join(first) if last in ISAS else name
 
 
 def fast_build(scene):

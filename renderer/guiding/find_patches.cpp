@@ -1,4 +1,4 @@
-// Finds patches: clusters of hits, split where that makes them denser, of which the best are chosen.
+// Finds patches: clusters of hits, split where that makes them denser; the best are chosen.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/learn_guide.h"
 

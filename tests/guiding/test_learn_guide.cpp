@@ -100,8 +100,8 @@ std::vector<GuideRecord> hits_on_squares(int count, uint64_t seed) {
   return records;
 }
 
-// There are more squares than there may be patches. The brightest has patches, and so has every side,
-// although most of it is dim. No patch is inside of another.
+// There are more squares than there may be patches. The brightest has patches, and so has every
+// side, although most of it is dim. No patch is inside of another.
 TEST(FindPatches, ChoosesTheBestClusters) {
   std::vector<GuideRecord> records = hits_on_squares(36000, 8);
   const std::vector<BrightPatch> patches = find_patches(records, {PatchSearch::Splits::spread, 0.6});
