@@ -31,16 +31,17 @@ struct LearnedGuide {
 // door, are moved to a rectangle there if they are less spread in it. At most one opening is found
 // across each axis, seen from each side. False: no hit was moved.
 [[nodiscard]] bool move_to_openings(std::span<GuideRecord> records);
-// Then finds rectangles around the hits of the records with the largest contributions, at most
-// BrightPatches::kMax, with strength 1; sorts `records`. Hits are split where that lowers either
-// the predicted second moment, which finds bright places where hits are dense already, or the sum
-// of sqrt(area * moment), which finds them in wide and dim surroundings, too.
+// A search for patches. Hits are split where that lowers either the predicted second moment, which
+// finds bright places where hits are dense already, or the sum of sqrt(area * moment), which finds
+// them in wide and dim surroundings, too.
 struct PatchSearch {
   enum class Splits : uint8_t { cost, spread } splits = Splits::cost;
   // The second moment to expect with the patches, relative to that without, above 0: the lower, the
   // smaller they are.
   double expected_moment = 0.6;
 };
+// Then finds rectangles around the hits of the records with the largest contributions, at most
+// BrightPatches::kMax, with strength 1; sorts `records`.
 [[nodiscard]] std::vector<BrightPatch> find_patches(std::span<GuideRecord> records, const PatchSearch& search);
 // Last fits the strengths that minimize the second moment; patches of negligible effect are
 // dropped.
