@@ -5,6 +5,7 @@
 #include "renderer/integrator/append_reserved.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/path_recorder.h"
+#include "renderer/integrator/path_reuse.h"
 #include "renderer/integrator/path_trace.h"
 #include "renderer/integrator/stages/gather_photons.h"
 #include "renderer/world/world.h"
@@ -15,6 +16,7 @@ namespace kindling {
 struct BatchSink {
   static constexpr bool kSplits = false;
   static constexpr bool kBesideLightPaths = true;
+  static constexpr bool kReuses = true;
 
   PathContext& context;
   const World& world; // for the names of materials
@@ -35,6 +37,9 @@ struct BatchSink {
     path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
   }
 
+  [[nodiscard]] ReusedPath* reused(const PathInFlight& path) const {
+    return context.reuses() ? &context.reuse->paths[path.slot] : nullptr;
+  }
   [[nodiscard]] bool records() const { return context.recorder != nullptr; }
   void arrive(const PathInFlight& path, const SurfacePoint* surface) {
     if (context.recorder) context.recorder->arrive(path.slot, path.state, surface);
@@ -64,9 +69,10 @@ struct BatchSink {
 
   void surface_event(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
                      const PathState& state) {
-    trace_surface(context, ray, hit, surface, world, state);
+    if (is_traced(state)) trace_surface(context, ray, hit, surface, world, state);
   }
   void escaped_event(const accel::Ray& ray, const PathState& state) {
+    if (!is_traced(state)) return;
     trace_event(context, [&](PathVertex& vertex) {
       vertex.event = "escaped";
       vertex.bounce = state.bounce;
@@ -77,6 +83,7 @@ struct BatchSink {
     });
   }
   void scatter_event(const accel::Ray& ray, float distance, const V3f& position, const PathState& state) {
+    if (!is_traced(state)) return;
     trace_event(context, [&](PathVertex& vertex) {
       vertex.event = "scattered in a medium";
       vertex.bounce = state.bounce;
@@ -86,6 +93,11 @@ struct BatchSink {
       vertex.throughput = state.throughput;
       vertex.bounces = bounces_of(state);
     });
+  }
+
+ private:
+  [[nodiscard]] bool is_traced(const PathState& state) const {
+    return context.trace && &state == &context.states[context.traced_slot];
   }
 };
 

@@ -43,9 +43,10 @@ struct IntegratorSettings {
   int max_bounces = 8; // reflections of a path after its first surface, diffuse and glossy; 0: direct light only
   int max_diffuse_bounces = 8;
   int max_glossy_bounces = 8;
-  int max_transmission_bounces = 16;   // counted apart: a glass has four surfaces, and one behind another is common
-  int roulette_start_bounce = 2;       // first bounce with Russian roulette
-  int direct_samples = 1;              // of lights at a path's first surface; IntegratorKind::path alone
+  int max_transmission_bounces = 16; // counted apart: a glass has four surfaces, and one behind another is common
+  int roulette_start_bounce = 2;     // first bounce with Russian roulette
+  int direct_samples = 1;            // of lights at a path's first surface; IntegratorKind::path alone
+  int path_reuse = 1; // pixels that share their paths (reuse_paths.h): 1, 2, 4 or 8; IntegratorKind::path alone
   float clamp_direct = kInfinity;      // maximum of any component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
   Caustics caustics = Caustics::full;  // treatment of light found through narrow lobes behind wide ones

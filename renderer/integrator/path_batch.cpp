@@ -24,6 +24,11 @@ size_t count_paths(std::span<const PixelRect> blocks, const SampleRange& samples
   for (const PixelRect& block : blocks) count += count_paths(block, samples);
   return count;
 }
+bool contains(std::span<const PixelRect> blocks, const V2i& pixel) {
+  return std::any_of(blocks.begin(), blocks.end(), [&](const PixelRect& block) {
+    return block.contains({pixel, pixel + V2i(1)});
+  });
+}
 
 } // namespace
 
@@ -37,7 +42,7 @@ void PathIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& thr
     context.blocks.clear();
     size_t paths = 0;
     for (const BlockWork& block : work) {
-      paths += count_paths(block.block, samples);
+      paths += count_paths(followed_block(block.block, context), samples);
       if (paths > stages_.settings.batch_size || block.samples != samples || block.rates || block.counts_rays) break;
       context.blocks.push_back(block.block);
     }
@@ -86,8 +91,8 @@ void PathIntegrator::start_paths(size_t count, PathContext& context) const {
   context.counters.paths += count;
   trace_event(context, [&](PathVertex& vertex) {
     vertex.event = "camera";
-    vertex.position = context.rays[0].origin;
-    vertex.direction = context.rays[0].direction;
+    vertex.position = context.rays[context.traced_slot].origin;
+    vertex.direction = context.rays[context.traced_slot].direction;
   });
 }
 
@@ -150,10 +155,13 @@ void PathIntegrator::follow_caught(std::span<const PixelRect> blocks, const Samp
 }
 
 // Slots of a block run sample by sample, so each pixel receives its samples in order.
-void PathIntegrator::finish_batch(size_t path_count, PathContext& context, Film& film) const {
+void PathIntegrator::finish_batch(std::span<const PixelRect> blocks, size_t path_count, PathContext& context,
+                                  Film& film) const {
+  const bool cut = context.reuses(); // some pixels may be outside of the blocks
   for (size_t slot = 0; slot < path_count; ++slot) {
     PathState& state = context.states[slot];
     const CameraSample& camera_sample = context.camera_samples[slot];
+    if (cut && !contains(blocks, camera_sample.pixel)) continue;
     const Rgb radiance = stages_.radiance_of(state);
     if (context.recorder) context.recorder->finish_path(slot, radiance);
     const CaughtLight* const caught = context.caught ? context.caught->light_of(slot, radiance) : nullptr;

@@ -3,6 +3,7 @@
 #include "renderer/integrator/path_context.h"
 
 #include "renderer/integrator/caught_paths.h"
+#include "renderer/integrator/path_reuse.h"
 
 namespace kindling {
 

@@ -18,6 +18,7 @@
 namespace kindling {
 
 class PathRecorder;
+struct PathReuse;
 struct CaughtPaths;
 
 // One thread's batch of paths. A path keeps its slot until it ends; `active` lists the slots of
@@ -28,6 +29,9 @@ class PathContext final : public ThreadContext {
   // `direct_samples`: IntegratorSettings::direct_samples.
   PathContext(size_t batch_size, size_t direct_samples, AovSet aovs);
   ~PathContext() override;
+
+  // True if the paths of a batch are shared between pixels; those that train a guide are not.
+  [[nodiscard]] bool reuses() const { return reuse && !recorder; }
 
   std::vector<PixelRect> blocks;            // of a batch that has several
   std::vector<CameraSample> camera_samples; // by slot
@@ -47,6 +51,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Hit> thin_wall_hits;
   std::vector<uint32_t> thin_wall_records; // index of the shadow ray
   std::unique_ptr<SplitLight> split_light; // null: neither light groups nor passes
+  std::unique_ptr<PathReuse> reuse;        // null: paths are not shared between pixels
   std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   LightPathContext light_paths;
@@ -54,6 +59,7 @@ class PathContext final : public ThreadContext {
   // The level of the batch, by which all its paths have their photon map; unset: each by its
   // sample.
   std::optional<uint32_t> level;
+  uint32_t traced_slot = 0; // of the path that ThreadContext::trace records
   ShadeGroup group;
 };
 

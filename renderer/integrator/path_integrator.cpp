@@ -8,6 +8,7 @@
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/caught_paths.h"
 #include "renderer/integrator/level_list.h"
+#include "renderer/integrator/path_reuse.h"
 #include "renderer/integrator/shade_batch.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/integrator/stages/light_draws.h"
@@ -52,6 +53,16 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
 }
 
+namespace {
+
+size_t count_pixels(std::span<const PixelRect> blocks) {
+  size_t count = 0;
+  for (const PixelRect& block : blocks) count += static_cast<size_t>(block.pixel_count());
+  return count;
+}
+
+} // namespace
+
 std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return make_path_context(); }
 
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
@@ -62,6 +73,12 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
     context->split_light = std::make_unique<SplitLight>(size, size * direct_samples, light_groups_.names.size());
   if (!light_groups_.names.empty() || aovs_.needs_light_passes()) context->light_paths.splits = &light_groups_;
+  if (stages_.settings.path_reuse > 1)
+    context->reuse = std::make_unique<PathReuse>(size, static_cast<uint32_t>(stages_.settings.path_reuse));
+  if (context->reuse && context->split_light) {
+    context->split_light->tails.resize(size * std::max<size_t>(light_groups_.names.size(), 1));
+    context->split_light->second_groups.resize(size);
+  }
   if (unshaded_) context->caught = std::make_unique<CaughtPaths>(size, unshaded_->make_path_context());
   return context;
 }
@@ -80,7 +97,7 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
                                       Film& film) const {
   assert(dynamic_cast<PathContext*>(&thread));
   auto& context = static_cast<PathContext&>(thread);
-  const uint32_t per_batch = samples_per_batch(block, stages_.settings.batch_size);
+  const uint32_t per_batch = samples_per_batch(followed_block(block, context), stages_.settings.batch_size);
   for (uint32_t done = 0; done < samples.count(); done += per_batch) {
     const uint32_t first = samples.first + done;
     const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
@@ -93,15 +110,27 @@ bool PathIntegrator::render_batch(std::span<const PixelRect> blocks, const Sampl
                                   Film& film) const {
   context.level.reset();
   if (!take_photons(samples, context)) return false;
-  start_batch(blocks, samples, context);
+  std::span<const PixelRect> followed = blocks;
+  const bool reuses = context.reuses();
+  if (reuses) {
+    context.reuse->blocks.clear();
+    for (const PixelRect& block : blocks) context.reuse->blocks.push_back(followed_block(block, context));
+    followed = context.reuse->blocks;
+    const V2i in_block = blocks[0].min - followed[0].min;
+    context.traced_slot = static_cast<uint32_t>(in_block.y * followed[0].width() + in_block.x); // a replay has one
+  }
+  start_batch(followed, samples, context);
   const size_t path_count = context.active.size();
-  trace_camera_rays(blocks, samples, context);
+  if (reuses) context.reuse->start(path_count);
+  trace_camera_rays(followed, samples, context);
   follow(context);
+  if (reuses) share_paths(followed, samples, path_count, context);
   if (unshaded_) follow_caught(blocks, samples, context);
   const bool from_lights = light_paths_ && film.has_splats(); // neither training nor a replay
   if (from_lights) light_paths_->trace(stages_, blocks, samples, context.light_paths, context.counters);
   if (world_.abandoned()) return false;
-  finish_batch(path_count, context, film);
+  finish_batch(blocks, path_count, context, film);
+  if (reuses) context.counters.paths -= path_count - count_pixels(blocks) * samples.count(); // those outside
   if (from_lights) light_paths_->add_to(blocks, samples, context.light_paths, film);
   return true;
 }
@@ -129,7 +158,7 @@ uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange
     const SampleRange rendered{first, list.level()};
     if (from_lights) light_paths_->trace(stages_, {&block, 1}, rendered, context.light_paths, context.counters);
     if (world_.abandoned()) return first - levels.first;
-    finish_batch(context.listed.size(), context, film);
+    finish_batch({&block, 1}, context.listed.size(), context, film);
     if (from_lights) light_paths_->add_to({&block, 1}, rendered, context.light_paths, film);
   }
   return levels.count();
@@ -274,7 +303,10 @@ void PathIntegrator::trace_shadows(PathContext& context) const {
     if (context.occluded[i]) continue;
     if (context.recorder) context.recorder->accept_light(i);
     const ShadowRecord& record = context.shadow_records[i];
-    PathStages::add_light(record, context.states[record.slot]);
+    if (record.light_class == kReusedLight)
+      context.reuse->paths[record.slot].light = record.contribution;
+    else
+      PathStages::add_light(record, context.states[record.slot]);
   }
 }
 

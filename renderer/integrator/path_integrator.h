@@ -41,6 +41,10 @@ class PathIntegrator final : public Integrator {
   void render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const override;
 
  private:
+  // Returns the pixels whose paths are followed for a block: the whole block if they are shared.
+  [[nodiscard]] PixelRect followed_block(const PixelRect& block, const PathContext& context) const {
+    return context.reuses() ? whole_block(block, camera_.size_px()) : block;
+  }
   // Takes the photon maps of these samples. False if the World was abandoned.
   [[nodiscard]] bool take_photons(const SampleRange& samples, PathContext& context) const;
   // Renders these samples of all blocks, which fit into a batch. False if the World was abandoned:
@@ -57,7 +61,11 @@ class PathIntegrator final : public Integrator {
   void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
   void trace_shadows(PathContext& context) const;
   void trace_bounces(PathContext& context) const;
-  void finish_batch(size_t path_count, PathContext& context, Film& film) const;
+  // Joins the paths of a batch of whole blocks, which have ended, to those of other pixels.
+  void share_paths(std::span<const PixelRect> blocks, const SampleRange& samples, size_t path_count,
+                   PathContext& context) const;
+  // Adds the samples of these blocks to the film.
+  void finish_batch(std::span<const PixelRect> blocks, size_t path_count, PathContext& context, Film& film) const;
   void follow(PathContext& context) const; // from the first hits to the end of all paths
   // Follows the samples that catchers have caught in the scene without what shades them.
   void follow_caught(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context) const;
@@ -70,6 +78,10 @@ class PathIntegrator final : public Integrator {
   void shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const;
   void tint_shadows(PathContext& context) const; // of trace_shadows()
   void split_shadows(PathContext& context) const;
+  // Light that is shared, by group and pass (split_reuse.cpp): moves the tails out of the sums;
+  // adds what each path receives to them.
+  void take_tails(size_t path_count, PathContext& context) const;
+  void split_shared(size_t path_count, PathContext& context) const;
   void add_split(size_t slot, const Rgb& radiance, PathContext& context, Film& film) const;
   static void note_first_hits(size_t first, size_t end, PathContext& context);
   [[nodiscard]] static PathInFlight path_at(uint32_t slot, PathContext& context);

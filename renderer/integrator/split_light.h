@@ -104,6 +104,10 @@ struct SplitLight {
   std::vector<FirstEvent> firsts;
   std::vector<LobeColors> colors;
   std::vector<Shadow> shadows;
+  // Only if paths are shared between pixels: their tails by slot and light group, and the groups of
+  // their light samples at the second surface.
+  std::vector<Rgb> tails;
+  std::vector<uint8_t> second_groups;
   size_t group_count = 0;
   std::vector<Rgb> parts; // results
 };

@@ -28,6 +28,10 @@ void PathIntegrator::split_shadows(PathContext& context) const {
     if (context.occluded[i]) continue;
     const ShadowRecord& record = context.shadow_records[i];
     const SplitLight::Shadow& shadow = split.shadows[i];
+    if (record.light_class == kReusedLight) {
+      split.second_groups[record.slot] = shadow.group;
+      continue;
+    }
     split.add(record.slot, shadow.group, record.light_class,
               record.light_class == kDirect ? shadow.first : split.firsts[record.slot], LightPass::emit,
               record.contribution);

@@ -197,6 +197,30 @@ Result<void> check_photons(const RenderSettings& settings) {
   return {};
 }
 
+// What paths that are shared between pixels do not work with.
+Result<void> check_path_reuse(const RenderSettings& settings, const Camera& camera) {
+  const IntegratorSettings& integrator = settings.integrator;
+  const int count = integrator.path_reuse;
+  if (count == 1) return {};
+  if (count != 2 && count != 4 && count != 8)
+    return refuse("path reuse " + std::to_string(count) + ": 1, 2, 4 or 8 is needed");
+  const auto not_with = [](const std::string& what) { return refuse("--path-reuse: not " + what); };
+  if (integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (needs_device(settings.device))
+    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
+  if (integrator.light_paths > 0.0f || settings.chooses_light_paths) return not_with("with --light-paths; use 0");
+  if (integrator.photons > 0.0f) return not_with("with --photons; use 0");
+  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
+  if (integrator.max_diffuse_bounces < integrator.max_bounces || integrator.max_glossy_bounces < integrator.max_bounces)
+    return not_with("with fewer diffuse or glossy bounces than --max-bounces " +
+                    std::to_string(integrator.max_bounces));
+  if (camera.shutter_open()) return not_with("with motion blur; leave out the shutter, such as by --shutter 0,0");
+  return {};
+}
+
 } // namespace
 
 Result<void> check_combination(const RenderSettings& settings, const Camera& camera) {
@@ -214,6 +238,7 @@ Result<void> check_combination(const RenderSettings& settings, const Camera& cam
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
   if (Result<void> checked = check_photons(settings); !checked) return checked;
+  if (Result<void> checked = check_path_reuse(settings, camera); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");
   if (settings.integrator.batch_size < kBlockSize * kBlockSize ||

@@ -146,6 +146,14 @@ TEST(Options, DirectSamplesAreChosenOrGiven) {
               "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 8");
 }
 
+TEST(Options, PathReuse) {
+  EXPECT_EQ(render_options({}).integrator.path_reuse, 1);
+  EXPECT_EQ(render_options({"--path-reuse", "8"}).integrator.path_reuse, 8);
+  for (const char* count : {"0", "3", "16", "auto", ""})
+    EXPECT_EQ(refusal({"render", "a.glb", "--path-reuse", count}),
+              "--path-reuse: '" + std::string(count) + "' is not 1, 2, 4 or 8");
+}
+
 TEST(Options, LightPathsAreChosenOrGiven) {
   EXPECT_TRUE(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).chooses_light_paths);
   EXPECT_EQ(render_options({"--light-paths", "0.5", "--light-paths", "auto"}).integrator.light_paths, 0.0f);

@@ -87,5 +87,13 @@ TEST(BlocksTogether, HaveTheLightPathsAndThePhotonsOfEach) {
   expect_same_work(*world, glass_camera(kCutSize), settings);
 }
 
+TEST(BlocksTogether, ShareThePathsOfEach) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  RenderSettings settings = small_render(kCutSize, 4);
+  settings.integrator.path_reuse = 4;
+  const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kCutSize);
+  expect_same_work(*world, camera, settings);
+}
+
 } // namespace
 } // namespace kindling::test

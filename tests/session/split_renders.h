@@ -25,6 +25,7 @@ enum class SplitKind {
   photons,
   moving_photons,
   photons_by_rates,
+  path_reuse,
 };
 
 struct SplitCase {
@@ -37,16 +38,16 @@ inline std::vector<SplitCase> all_split_cases() {
   for (const SplitKind kind :
        {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive, SplitKind::guided,
         SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths, SplitKind::photons,
-        SplitKind::moving_photons, SplitKind::photons_by_rates})
+        SplitKind::moving_photons, SplitKind::photons_by_rates, SplitKind::path_reuse})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
 }
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
-  constexpr const char* kNames[] = {"path",           "jittered",        "whitted",     "adaptive",           "guided",
-                                    "moving",         "rates",           "light_paths", "moving_light_paths", "photons",
-                                    "moving_photons", "photons_by_rates"};
+  constexpr const char* kNames[] = {
+      "path",        "jittered",           "whitted", "adaptive",       "guided",           "moving",    "rates",
+      "light_paths", "moving_light_paths", "photons", "moving_photons", "photons_by_rates", "path_reuse"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -135,6 +136,7 @@ class SplitScene {
       settings.sample_rates = SampleRateKind::noise;
       settings.min_rates_gain = 1.0;
       break;
+    case SplitKind::path_reuse: settings.integrator.path_reuse = 8; break;
     }
     return settings;
   }
@@ -165,8 +167,8 @@ class SplitScene {
     if (moves() && is_motion(aov)) return false;
     if (has_light_paths() && aov == Aov::shadow_catcher) return false;
     if (has_photons() && aov == Aov::shadow_catcher) return false;
-    return aov != Aov::shadow_catcher ||
-           (kind_ != SplitKind::whitted && kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
+    return aov != Aov::shadow_catcher || (kind_ != SplitKind::path_reuse && kind_ != SplitKind::whitted &&
+                                          kind_ != SplitKind::adaptive && kind_ != SplitKind::rates);
   }
 
   SplitKind kind_;

@@ -21,7 +21,7 @@ struct KnownScene {
 void expect_by_every_strategy(const KnownScene& known) {
   constexpr uint32_t kSeeds = 36;
   constexpr double kRounding = 2e-5; // relative error of floats, as in closed_form_test.cpp
-  const Family family{1e-5, 2 * strategy_count(false)};
+  const Family family{1e-5, 2 * strategy_count(false, false)};
   const double threshold = family.whole_threshold();
   constexpr double kPowerMargin = 1.2816; // quantile of a normal distribution for a power of 0.9
   for (const Strategy& strategy : kStrategies) {

@@ -16,6 +16,11 @@ struct Strategy {
   uint32_t seeds = 48;       // number of images
   bool guided = false;       // by a guide trained on the scene
   bool for_casters = false;  // traces light paths, for scenes with casters alone
+  bool for_still = false;    // for scenes without motion alone
+
+  [[nodiscard]] constexpr bool suits(bool casters, bool moving) const {
+    return (casters || !for_casters) && !(moving && for_still);
+  }
 };
 
 // Returns the settings of the reference strategy: Sobol points, which have little noise, no
@@ -54,6 +59,16 @@ inline constexpr std::array kStrategies{
              false, 48, true},
     Strategy{"light paths, chosen", [](RenderSettings& s) { s.chooses_light_paths = true; }, accel::Kind::kdtree, false,
              48, false, true},
+    Strategy{"path reuse", [](RenderSettings& s) { s.integrator.path_reuse = 8; }, accel::Kind::kdtree, false, 64,
+             false, false, true},
+    Strategy{"path reuse and guiding",
+             [](RenderSettings& s) {
+               s.sampler = SamplerKind::blue_noise;
+               s.integrator.path_reuse = 4;
+               s.integrator.direct_samples = 2;
+               s.integrator.roulette_start_bounce = 1;
+             },
+             accel::Kind::embree, false, 48, true, false, true},
     Strategy{"sample rates",
              [](RenderSettings& s) {
                s.sample_rates = SampleRateKind::noise;
@@ -71,10 +86,10 @@ inline constexpr std::array kStrategies{
              accel::Kind::kdtree, false, 48, true},
 };
 
-// The number of strategies for a scene with or without casters.
-[[nodiscard]] constexpr size_t strategy_count(bool casters) {
+// The number of strategies for a scene with or without casters, moving or not.
+[[nodiscard]] constexpr size_t strategy_count(bool casters, bool moving) {
   size_t count = 0;
-  for (const Strategy& strategy : kStrategies) count += casters || !strategy.for_casters ? 1 : 0;
+  for (const Strategy& strategy : kStrategies) count += strategy.suits(casters, moving) ? 1 : 0;
   return count;
 }
 

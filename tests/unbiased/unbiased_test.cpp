@@ -24,9 +24,10 @@ class Unbiased : public testing::TestWithParam<NamedScene> {
       worlds_.push_back(world_of(scene_.whole, kind));
     guide_ = train_one_guide(*worlds_[0], scene_.make_camera(), base(scene_.max_bounces));
     family_.comparisons =
-        strategy_count(scene_.casters) + scene_.traced_bounces.size() + (scene_.parts.empty() ? 0 : 1);
+        strategy_count(scene_.casters, moves()) + scene_.traced_bounces.size() + (scene_.parts.empty() ? 0 : 1);
   }
 
+  [[nodiscard]] bool moves() const { return scene_.shutter.has_value(); }
   [[nodiscard]] std::unique_ptr<const World> world_of(const Part& part, accel::Kind kind) const {
     return make_posed_world(part.scene, {.shutter = scene_.shutter}, kind, part.environment);
   }
@@ -89,7 +90,7 @@ TEST_P(Unbiased, EveryStrategyHasTheSameMean) {
       kOtherSeeds, family_.whole_threshold(), family_.block_threshold(reference.blocks()));
   EXPECT_TRUE(guide_ || scene_.max_bounces == 0) << "no guide was learned, so guiding is not tested here";
   for (const Strategy& strategy : kStrategies)
-    if (scene_.casters || !strategy.for_casters)
+    if (strategy.suits(scene_.casters, moves()))
       expect_agreement(strategy.name, rendered_by(strategy), reference, strategy.same_numbers);
   if (!scene_.parts.empty()) expect_agreement("part by part", rendered_by_parts(), reference);
   for (const int bounces : scene_.traced_bounces)

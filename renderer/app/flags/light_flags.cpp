@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <string>
+
 namespace kindling::app {
 namespace {
 
@@ -32,6 +34,15 @@ Result<void> set_direct_samples(std::string_view text, ImageSettings& o) {
   return store(std::move(samples), o.integrator.direct_samples);
 }
 
+Result<void> set_path_reuse(std::string_view text, IntegratorSettings& s) {
+  for (const int count : {1, 2, 4, 8})
+    if (text == std::to_string(count)) {
+      s.path_reuse = count;
+      return {};
+    }
+  return Error{ErrorKind::usage, fmt::format("'{}' is not 1, 2, 4 or 8", text)};
+}
+
 } // namespace
 
 void add_light_flags(FlagSet& flags, LightOptions& o) {
@@ -49,6 +60,13 @@ void add_direct_samples_flag(FlagSet& flags, ImageSettings& o) {
                           "pay off, by a short pilot [{}]",
                           o.chooses_direct_samples ? "auto" : "1"),
               [&o](auto text) { return set_direct_samples(text, o); });
+}
+
+void add_path_reuse_flag(FlagSet& flags, IntegratorSettings& s) {
+  flags.value("--path-reuse", "1|2|4|8",
+              "Share what paths find after their second surface between so many pixels of a block, for less noise in "
+              "indirect light; 1: each pixel has its own alone [1]",
+              [&s](auto text) { return set_path_reuse(text, s); });
 }
 
 void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {

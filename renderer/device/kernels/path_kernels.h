@@ -71,6 +71,7 @@ struct WaveSink {
   }
   // Guides are trained, samples replayed, and light groups and passes rendered on the CPU.
   static constexpr bool kSplits = false;
+  static constexpr bool kReuses = false;
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
   void escape(const PathInFlight& /*path*/, const accel::Ray& /*ray*/) {}

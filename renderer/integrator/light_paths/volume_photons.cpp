@@ -36,6 +36,7 @@ struct Photon {
 // Keeps the rays of paths that continue, and the events in media.
 struct PhotonSink {
   static constexpr bool kSplits = false;
+  static constexpr bool kReuses = false;
   static constexpr bool kBesideLightPaths = false;
 
   std::vector<uint32_t>& active;

@@ -14,6 +14,7 @@ enum Dimension : uint32_t {
   kFilterDimension = 0, // 2-D
   kLensDimension = 1,   // 2-D
   kTimeDimension = 2,   // 1-D
+  kReuseDimension = 3,  // no numbers: keys of the rays that join paths
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:

@@ -20,6 +20,8 @@
 
 namespace kindling {
 
+struct ReusedPath;
+
 // One path, as the stages see it. All members belong to its slot.
 struct PathInFlight {
   uint32_t slot;
@@ -65,6 +67,8 @@ struct ShadowRecord {
 //   gather_photons()                                              adds the light of photons nearby
 //   kBesideLightPaths                                             false: never with light paths
 //   records(), arrive(), escape(), reflect(), offer_light()       for the training of a guide
+//   kReuses, reused()                   the record of a path that is shared (reuse_paths.h); null:
+//                                       it is not
 //   kSplits, first_surface(), scatter_first(),                   for light groups and passes, if
 //   split_emission(), split_environment()                       kSplits (split_light.h)
 //   surface_event(), scatter_event(), escaped_event()             for the replay of a sample
@@ -168,10 +172,13 @@ struct PathStages {
   // Adds the shadow ray of light sample `number` of `count`.
   template <typename Sink>
   void light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
-                    const PathInFlight& path, Sink& sink) const;
+                    const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
-  void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const;
+  void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
+  template <typename Sink>
+  [[nodiscard]] static ReusedPath* reused_path(Sink& sink, const PathInFlight& path, const Vertex& vertex,
+                                               bool reflects);
   // Returns the light that the surface's emission contributes to the path. `beside`: its weight
   // beside light paths, emission_weight() or 1.
   [[nodiscard]] Rgb light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, float beside,

@@ -17,6 +17,8 @@ namespace kindling {
 
 // Classes of light that reaches the camera, by the number of its reflections.
 enum LightClass : uint32_t { kEmission = 0, kDirect = 1, kIndirect = 2 };
+// ShadowRecord::light_class of light that is shared: it goes to the path's record (reuse_paths.h).
+inline constexpr uint32_t kReusedLight = 3;
 
 struct PathState {
   Rgb throughput{1.0f};

@@ -6,6 +6,7 @@
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/random_walk.h"
+#include "renderer/integrator/stages/reuse_paths.h"
 #include "renderer/integrator/stages/sample_cone.h"
 #include "renderer/sampling/mis.h"
 
@@ -79,11 +80,18 @@ template <typename Lights, typename Sink>
   if (patches) vertex.bsdf.guide_to(*patches, surface.position);
   if (caustics) vertex.bsdf.guide_to(*caustics, surface.position);
   if (sink.records()) vertex.bsdf.find_allowed();
+  ReusedPath* const reused = reused_path(sink, path, vertex, reflects);
+  if (reused) {
+    if (state.bounce == 0)
+      reused->note_first(vertex, -ray.direction, state);
+    else
+      reused->note_second(vertex);
+  }
   if (reflects) {
     const auto count = static_cast<uint32_t>(lights.size());
     for (uint32_t number = 0; number < count; ++number)
       if (const std::optional<LightSample>& light = lights[number])
-        light_vertex(vertex, *light, number, count, path, sink);
+        light_vertex(vertex, *light, number, count, path, sink, reused);
   }
   // A partly transparent surface emits and reflects in proportion to its coverage; then the path
   // either scatters from it or passes through.
@@ -97,13 +105,30 @@ template <typename Lights, typename Sink>
     const float radius2 = find_light_path_scale(ray, vertex, path);
     if (reflects && radius2 > 0.0f) sink.gather_photons(vertex, path, radius2);
   }
-  if (reflects) sample_bounce(vertex, path, sink);
+  if (reflects) sample_bounce(vertex, path, sink, reused);
+}
+
+// Returns the record of a path that is shared, at its first surface and at the second one, if
+// others can be joined to it there; else null. What is behind a
+// partly transparent surface or a thin wall is not.
+template <typename Sink>
+inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path, const Vertex& vertex, bool reflects) {
+  if constexpr (Sink::kReuses) {
+    const PathState& state = path.state;
+    if (!reflects || state.bounce > 1 || state.in_medium || vertex.layers || vertex.surface.alpha < 1.0f)
+      return nullptr;
+    ReusedPath* const reused = sink.reused(path);
+    if (!reused || state.bounce == 0) return reused;
+    return reused->receives && state.transparent_surfaces == 0 ? reused : nullptr;
+  } else {
+    return nullptr;
+  }
 }
 
 // Next-event estimation. A contribution is added to the path once its shadow ray is traced.
 template <typename Sink>
 inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
-                                     const PathInFlight& path, Sink& sink) const {
+                                     const PathInFlight& path, Sink& sink, ReusedPath* reused) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
   assert(light.pdf > 0.0f);
@@ -127,11 +152,17 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
                                    path.sample.address.index, vertex.time);
   ray.flags = kPassThinWalls;
   sink.offer_light(vertex, light, contribution);
+  if (Sink::kReuses && reused && state.bounce == 1) {
+    reused->light_wi = light.wi;
+    sink.add_shadow(ray, {light.radiance * (weight / pdf), path.slot, kReusedLight});
+    return;
+  }
   sink.add_shadow(ray, {contribution, path.slot, state.light_class(state.bounce + 1U)});
 }
 
 template <typename Sink>
-inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink) const {
+inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink,
+                                      ReusedPath* reused) const {
   const SurfacePoint& surface = vertex.surface;
   PathState& state = path.state;
   const uint32_t dimension = state.dimension(kDirectionDimension);
@@ -147,6 +178,18 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   if (scattered->bsdf_pdf > 0.0f) state.guiding *= scattered->pdf / scattered->bsdf_pdf;
   if (scattered->pdf > 0.0f) sink.reflect(vertex, *scattered, path);
   if (path.surface && scattered->lobe == Lobe::diffuse) path.surface->guide_found = true;
+
+  if (Sink::kReuses && reused) {
+    if (state.bounce == 0) {
+      reused->value = scattered->weight * scattered->pdf;
+      reused->pdf = scattered->pdf;
+    } else { // the light of the tail alone counts from here on, but roulette as if all did
+      reused->tail_wi = wi;
+      reused->tail_pdf = scattered->pdf;
+      state.guiding *= max_component(state.throughput);
+      state.throughput = Rgb(1.0f);
+    }
+  }
 
   // Russian roulette by the square root of the throughput spares paths that may still meet a bright
   // light. Narrow bounces do not count: what glass and mirrors show is to have as many as it has

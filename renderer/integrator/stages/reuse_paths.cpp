@@ -1,0 +1,164 @@
+// Links between the paths of several pixels, and the light that they bring.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/stages/reuse_paths.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace kindling {
+namespace {
+
+// Lobes narrower than this are not shared at second surfaces: the direction of a tail that is drawn
+// from one is not likely by the lobe that another first surface sees.
+constexpr float kMinSharedAlpha = 0.1f;
+
+ReusedSurface record_of(const SurfacePoint& surface) {
+  return {surface.position, offset_ray_origin(surface, surface.geometric_normal), surface.geometric_normal,
+          surface.shading_normal, surface.bsdf};
+}
+
+// The straight way from a first surface to a second one.
+struct Way {
+  V3f direction; // unit
+  float solid_angle_per_area = 0.0f;
+};
+Way way_between(const ReusedSurface& first, const ReusedSurface& second) {
+  const V3f difference = second.position - first.position;
+  const float distance2 = difference.length2();
+  if (!(distance2 > 0.0f)) return {};
+  const V3f direction = difference / std::sqrt(distance2);
+  return {direction, -direction.dot(second.geometric_normal) / distance2};
+}
+
+// The BSDF of a second surface as it reflects light from one direction towards several others. It
+// is reciprocal, so one set-up serves them all.
+class LightFrom {
+ public:
+  LightFrom(const ReusedSurface& surface, const Frame& frame, const V3f& wi)
+      : frame_(frame), bsdf_(surface.bsdf, frame.to_local(wi)), cosine_(wi.dot(frame.normal)) {}
+
+  // f times the cosine of the light: all of it, and the part that is shared.
+  struct Value {
+    Rgb all{0.0f}, shared{0.0f};
+  };
+  [[nodiscard]] Value towards(const V3f& wo) const {
+    const V3f local = frame_.to_local(wo);
+    if (!(local.z > 0.0f)) return {};
+    const float scale = cosine_ / local.z;
+    const Rgb all = bsdf_.eval(local).value * scale;
+    const bool narrow = bsdf_.alpha() > 0.0f && bsdf_.alpha() < kMinSharedAlpha;
+    return {all, narrow ? bsdf_.diffuse_value(local) * scale : all};
+  }
+
+ private:
+  const Frame& frame_;
+  GltfBsdf bsdf_;
+  float cosine_;
+};
+
+} // namespace
+
+V3f direction_between(const ReusedSurface& first, const ReusedSurface& second) {
+  return way_between(first, second).direction;
+}
+
+void ReusedPath::note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state) {
+  first = record_of(vertex.surface);
+  receives = true;
+  wo = wo_world;
+  throughput = state.throughput;
+}
+
+void ReusedPath::note_second(const PathStages::Vertex& vertex) {
+  second = record_of(vertex.surface);
+  gives = true;
+}
+
+// Until here light[kIndirect] has had nothing but the tail: what the second surface emits, and
+// light samples at the first one, are direct light.
+void ReuseView::start_sharing(uint32_t slot, PathState& state) const {
+  ReusedPath& path = paths[slot];
+  if (!path.gives) return;
+  path.tail = state.light[kIndirect];
+  state.light[kIndirect] = Rgb(0.0f);
+}
+
+uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group,
+                               const CameraSample& sample, std::array<accel::Ray, kMaxPathReuse>& rays) const {
+  for (uint32_t place = 0; place < count; ++place) link(slot, place) = {};
+  const ReusedPath& receiver = paths[slot];
+  if (!receiver.receives) return 0;
+  uint32_t givers = 0;
+  for (uint32_t place = 0; place < count; ++place)
+    if (group[place] != kNoPath && paths[group[place]].has_light()) givers |= 1U << place;
+  if ((givers & 1U) != 0) {
+    const float ratio = std::abs(way_between(receiver.first, receiver.second).solid_angle_per_area);
+    link(slot, 0) = {receiver.value * ratio, receiver.pdf * ratio};
+  }
+  if (givers <= 1) return 0;
+  const Frame frame = Frame::around(receiver.first.shading_normal);
+  GuidedBsdf bsdf(receiver.first.bsdf, nullptr, frame, receiver.wo);
+  if (stages.patches) bsdf.guide_to(*stages.patches, receiver.first.position);
+  if (stages.caustics) bsdf.guide_to(*stages.caustics, receiver.first.position);
+  uint32_t traced = 0;
+  for (uint32_t place = 1; place < count; ++place) {
+    if ((givers >> place & 1U) == 0) continue;
+    const ReusedSurface& second = paths[group[place]].second;
+    const Way way = way_between(receiver.first, second);
+    if (!(way.solid_angle_per_area > 0.0f) || !(way.direction.dot(receiver.first.geometric_normal) > 0.0f)) continue;
+    const BsdfEval eval = bsdf.eval(way.direction);
+    if (is_black(eval.value) || !(eval.pdf > 0.0f)) continue;
+    const V3f to_second = second.origin - receiver.first.origin;
+    const float distance = to_second.length();
+    if (!(distance > 0.0f)) continue;
+    link(slot, place) = {eval.value * way.solid_angle_per_area, eval.pdf * way.solid_angle_per_area};
+    rays[place] = {.origin = receiver.first.origin,
+                   .t_min = 0.0f,
+                   .direction = to_second / distance,
+                   .t_max = distance,
+                   .key = hash_combine(ray_key(sample, kReuseDimension), place),
+                   .index = sample.address.index,
+                   .flags = kHitPartlyTransparent};
+    traced |= 1U << place;
+  }
+  return traced;
+}
+
+void ReuseView::share_light(uint32_t slot, const ReuseGroup& group) const {
+  ReusedPath& giver = paths[slot];
+  if (!giver.has_light()) return;
+  float density = 0.0f;
+  for (uint32_t place = 0; place < count; ++place)
+    if (group[place] != kNoPath) density += link(group[place], place).density;
+  if (!(density > 0.0f)) return;
+  const Frame frame = Frame::around(giver.second.shading_normal);
+  const auto share = [&](const V3f& wi, float scale, Rgb ReuseLink::*received, Rgb& own) {
+    const LightFrom from(giver.second, frame, wi);
+    for (uint32_t place = 0; place < count; ++place) {
+      if (group[place] == kNoPath) continue;
+      ReuseLink& to = link(group[place], place);
+      if (!(to.density > 0.0f)) continue;
+      const LightFrom::Value value = from.towards(-direction_between(paths[group[place]].first, giver.second));
+      to.*received = to.value * value.shared * (scale / density);
+      if (place == 0) own = giver.throughput * giver.value * (value.all - value.shared) * (scale / giver.pdf);
+    }
+  };
+  if (!is_black(giver.light)) share(giver.light_wi, 1.0f, &ReuseLink::of_light, giver.own_of_light);
+  if (!is_black(giver.tail)) share(giver.tail_wi, 1.0f / giver.tail_pdf, &ReuseLink::of_tail, giver.own_of_tail);
+}
+
+void ReuseView::receive(uint32_t slot, const ReuseGroup& group, PathState& state) const {
+  const ReusedPath& path = paths[slot];
+  if (!path.receives) return;
+  Rgb light(0.0f);
+  for (uint32_t place = 0; place < count; ++place) {
+    const ReuseLink& from = link(slot, place);
+    if (!(from.density > 0.0f)) continue;
+    const ReusedPath& giver = paths[group[place]];
+    light += from.of_light * giver.light + from.of_tail * giver.tail;
+  }
+  state.light[kIndirect] += path.throughput * light;
+  if (path.gives) state.light[kIndirect] += path.own_of_light * path.light + path.own_of_tail * path.tail;
+}
+
+} // namespace kindling

@@ -1,0 +1,110 @@
+// Reuse of paths: what one finds after its second surface lights the first surfaces of others, too.
+//
+// The paths of one sample of several pixels form a group (Bekaert, Sbert and Halton 2002,
+// "Accelerating Path Tracing by Re-Using Paths"). The second surface of each is a point
+// that any of them could have found; it is joined to the first surfaces of all that see it, and
+// each such link is weighted by the balance heuristic (Veach 1997, section 9.2.2) over the
+// densities with which the first surfaces find it. So each pixel gets the mean of several paths for
+// one more ray each.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/math.h"
+#include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/integrator/stages/path_stages.h"
+
+#include <array>
+#include <cstdint>
+
+namespace kindling {
+
+// Maximum of IntegratorSettings::path_reuse, the number of paths in a group.
+inline constexpr uint32_t kMaxPathReuse = 8;
+
+// Returns the pixel of a whole block of 8 x 8, numbered row by row, that has this place in the
+// group of `pixel` in this sample: itself for 0. The same place leads back. Samples have different
+// groups, so that the noise of a pixel is shared with many others a little, not with few a lot.
+[[nodiscard]] inline uint32_t reuse_partner(uint32_t pixel, uint32_t sample_index, uint32_t place) {
+  constexpr uint32_t kPatterns = 8, kBits = 3;
+  // Differences in x in the lower three bits, in y in the upper ones; no row is dependent.
+  constexpr uint8_t kDifferences[kPatterns][kBits] = {{4, 32, 18}, {2, 16, 36}, {5, 40, 18}, {6, 24, 33},
+                                                      {3, 48, 20}, {7, 56, 18}, {1, 8, 36},  {12, 34, 17}};
+  for (uint32_t bit = 0; bit < kBits; ++bit)
+    if ((place >> bit & 1) != 0) pixel ^= kDifferences[sample_index % kPatterns][bit];
+  return pixel;
+}
+
+// A surface of a path, as others may be joined to it: opaque, without layers.
+struct ReusedSurface {
+  V3f position{0.0f};
+  V3f origin{0.0f}; // of rays
+  V3f geometric_normal{0.0f}, shading_normal{0.0f};
+  BsdfParameters bsdf;
+};
+
+// Data of a path for the others of its group.
+struct ReusedPath {
+  ReusedSurface first, second;
+  // The first surface.
+  bool receives = false; // it has one that light may be shared with
+  V3f wo{0.0f};          // unit, to the camera
+  Rgb throughput{1.0f};  // there
+  Rgb value{0.0f};       // f |cos| of the direction to the second surface
+  float pdf = 0.0f;      // and its density
+  // The second surface.
+  bool gives = false;    // it has one whose light is shared
+  V3f light_wi{0.0f};    // unit, to its light sample
+  Rgb light{0.0f};       // radiance over density; black: occluded, or none
+  V3f tail_wi{0.0f};     // unit, of the next ray
+  float tail_pdf = 0.0f; // 0: there is none
+  Rgb tail{0.0f};        // radiance that this ray has brought
+  // Factors of `light` and `tail` in light that this path alone receives: narrow lobes of the
+  // second surface are not shared.
+  Rgb own_of_light{0.0f}, own_of_tail{0.0f};
+
+  [[nodiscard]] bool has_light() const { return gives && !(is_black(light) && is_black(tail)); }
+  // Steps of PathStages::scatter().
+  void note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state);
+  void note_second(const PathStages::Vertex& vertex);
+};
+
+// The way from the first surface of a path to the second one of another.
+struct ReuseLink {
+  Rgb value{0.0f};      // f |cos| of the first surface, times solid angle per area of the second
+  float density = 0.0f; // with which the first surface finds the second, by area; 0: they are not joined
+  // Factors of the other's `light` and `tail`, before the throughput to the first surface.
+  Rgb of_light{0.0f}, of_tail{0.0f};
+};
+
+// Returns the unit direction from a first surface to a second one.
+[[nodiscard]] V3f direction_between(const ReusedSurface& first, const ReusedSurface& second);
+
+// The paths of a group by their places in it: the numbers of their slots; kNoPath: there is none.
+using ReuseGroup = std::array<uint32_t, kMaxPathReuse>;
+inline constexpr uint32_t kNoPath = ~0U;
+
+// The records of many paths and of the links to their first surfaces, each group's in the order of
+// the paths' places. Stages, once all paths have ended:
+//
+//   start_sharing()  by path: its tail
+//   link_paths()     by path: the links to its first surface, whose rays are to be traced
+//   share_light()    by path: what is received by the links from its second surface
+//   receive()        by path: adds the light of the links to its first surface
+struct ReuseView {
+  ReusedPath* paths = nullptr; // by slot
+  ReuseLink* links = nullptr;  // by slot and place
+  uint32_t count = 1;          // of places in a group: 2, 4 or 8
+
+  [[nodiscard]] ReuseLink& link(uint32_t slot, uint32_t place) const { return links[slot * count + place]; }
+
+  // Takes the tail of a path out of its state.
+  void start_sharing(uint32_t slot, PathState& state) const;
+  // Sets the links to the first surface of a path. Returns in `rays` those that must meet nothing:
+  // of the places whose bit is set in the result. Links that are blocked are cleared by the caller.
+  [[nodiscard]] uint32_t link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group,
+                                    const CameraSample& sample, std::array<accel::Ray, kMaxPathReuse>& rays) const;
+  void share_light(uint32_t slot, const ReuseGroup& group) const;
+  void receive(uint32_t slot, const ReuseGroup& group, PathState& state) const;
+};
+
+} // namespace kindling

@@ -1,0 +1,144 @@
+// Paths that are shared between pixels: less noise, the same bits however the work is divided.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/stages/reuse_paths.h"
+#include "renderer/session/check_settings.h"
+#include "tests/session/parts_of_light.h"
+#include "tests/session/pilot_renders.h"
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace kindling::test {
+namespace {
+
+// A white room with a red wall, which a lamp lights by way of its ceiling alone.
+std::unique_ptr<const World> indirect_world() {
+  return make_world(make_scene({diffuse_material(Rgb(0.8f)), diffuse_material(Rgb(0.8f, 0.1f, 0.1f)),
+                                emissive_material(Rgb(20.0f), Rgb(0.5f))},
+                               {quad(V3f(-4, 0, 8), V3f(8, 0, 0), V3f(0, 0, -12), 0),  // floor
+                                quad(V3f(-4, 6, -4), V3f(8, 0, 0), V3f(0, 0, 12), 0),  // ceiling
+                                quad(V3f(-4, 0, -4), V3f(8, 0, 0), V3f(0, 6, 0), 0),   // back
+                                quad(V3f(-4, 0, 8), V3f(0, 0, -12), V3f(0, 6, 0), 1),  // left
+                                quad(V3f(4, 0, -4), V3f(0, 0, 12), V3f(0, 6, 0), 0),   // right
+                                quad(V3f(-1, 4.5f, 0), V3f(0, 0, 2), V3f(2, 0, 0), 2), // lamp, faces up
+                                sphere(V3f(1, 1, 1), 1.0f, 24, 0)}),
+                    accel::Kind::kdtree);
+}
+
+RenderSettings reusing(const V2i& size, uint32_t samples, int paths) {
+  RenderSettings settings = small_render(size, samples);
+  settings.integrator.path_reuse = paths;
+  return settings;
+}
+
+// Each pixel is in one group, and all members of a group agree on it.
+TEST(PathReuse, GroupsDivideABlock) {
+  for (uint32_t sample = 0; sample < 20; ++sample)
+    for (uint32_t pixel = 0; pixel < 64; ++pixel) {
+      std::set<uint32_t> group;
+      for (uint32_t place = 0; place < kMaxPathReuse; ++place) {
+        const uint32_t partner = reuse_partner(pixel, sample, place);
+        EXPECT_LT(partner, 64U);
+        EXPECT_EQ(reuse_partner(partner, sample, place), pixel);
+        group.insert(partner);
+      }
+      EXPECT_EQ(group.size(), kMaxPathReuse);
+      for (const uint32_t member : group)
+        for (uint32_t place = 0; place < kMaxPathReuse; ++place)
+          EXPECT_TRUE(group.contains(reuse_partner(member, sample, place)));
+    }
+}
+
+// Indirect light is all the noise of this room: it falls almost like the inverse of the paths that
+// are shared. Bounds leave a quarter for edges, and for the spread of eight seeds.
+TEST(PathReuse, LowersTheNoiseOfIndirectLight) {
+  const auto world = indirect_world();
+  const auto noise = [&](int paths) { return relative_noise(*world, reusing(kPilotSize, 16, paths), 1e-3); };
+  const double alone = noise(1);
+  EXPECT_LT(noise(2), 0.8 * alone);
+  EXPECT_LT(noise(4), 0.6 * alone);
+  EXPECT_LT(noise(8), 0.45 * alone);
+}
+
+TEST(PathReuse, CropsHaveThePixelsOfTheWholeImage) {
+  const auto world = mixed_world(accel::Kind::kdtree);
+  const V2i size(43, 29); // blocks at two borders are cut
+  RenderSettings settings = reusing(size, 5, 8);
+  const Film whole = render_open(*world, settings).film;
+  for (const PixelRect& crop : {PixelRect{V2i(5, 3), V2i(30, 27)}, PixelRect{V2i(41, 27), V2i(43, 29)}}) {
+    settings.crop = crop;
+    const RenderOutcome part = render_open(*world, settings);
+    expect_same_bits(part.film, whole, "a crop");
+    EXPECT_EQ(part.statistics.rays.paths, static_cast<uint64_t>(crop.pixel_count()) * 5);
+  }
+}
+
+TEST(PathReuse, GroupsOfLightHaveTheSameMeans) {
+  expect_same_parts([](RenderSettings& settings) { settings.integrator.path_reuse = 8; }, 0.0);
+}
+
+TEST(PathReuse, SplitLightSumsToTheBeautyWhichIsUnchanged) {
+  const auto world = indirect_world();
+  RenderSettings settings = reusing(kPilotSize, 5, 4);
+  const std::vector<float> expected = render_open(*world, settings).film.resolve(Aov::beauty);
+  divide_light(settings);
+  const Film film = render_open(*world, settings).film;
+  EXPECT_TRUE(same_bits(film.resolve(Aov::beauty), expected));
+  std::vector<float> groups(expected.size());
+  for (size_t group = 0; group < film.light_groups().size(); ++group) {
+    const std::vector<float> light = film.resolve_light_group(group);
+    for (size_t i = 0; i < groups.size(); ++i) groups[i] += light[i];
+  }
+  for (size_t i = 0; i < groups.size(); ++i) EXPECT_NEAR(groups[i], expected[i], 1e-6f * (1.0f + expected[i]));
+}
+
+TEST(PathReuse, SamplesAreReplayed) {
+  const auto world = indirect_world();
+  const RenderSettings settings = reusing(kPilotSize, 1, 8);
+  const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);
+  for (const V2i& pixel : {V2i(20, 16), V2i(39, 29), V2i(0, 7)}) {
+    const Result<ReplayedSample> sample = replay_sample(*world, glass_camera(kPilotSize), settings, pixel, 0);
+    ASSERT_TRUE(sample.ok());
+    for (int channel = 0; channel < 3; ++channel)
+      EXPECT_EQ(image[static_cast<size_t>((pixel.y * kPilotSize.x + pixel.x) * 3 + channel)],
+                sample.value().radiance[channel]);
+    ASSERT_FALSE(sample.value().trace.empty());
+    EXPECT_EQ(sample.value().trace.front().event, "camera");
+    EXPECT_EQ(sample.value().trace.back().event, "joined to paths of other pixels");
+  }
+}
+
+TEST(PathReuse, IsRefusedByNameWhereItDoesNotWork) {
+  const Camera camera = glass_camera(kPilotSize);
+  const auto expect_refusal = [&](const std::string& what, void (*change)(RenderSettings&)) {
+    RenderSettings settings = reusing(kPilotSize, 1, 4);
+    change(settings);
+    const Result<void> checked = check_settings(settings, camera);
+    ASSERT_FALSE(checked.ok()) << what;
+    EXPECT_EQ(checked.error().message, "--path-reuse: not " + what);
+  };
+  EXPECT_TRUE(check_settings(reusing(kPilotSize, 1, 4), camera).ok());
+  expect_refusal("with --integrator whitted; use path",
+                 [](RenderSettings& s) { s.integrator.kind = IntegratorKind::whitted; });
+  expect_refusal("with --light-paths; use 0", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; });
+  expect_refusal("with --light-paths; use 0", [](RenderSettings& s) { s.chooses_light_paths = true; });
+  expect_refusal("with --photons; use 0", [](RenderSettings& s) { s.integrator.photons = 0.5f; });
+  expect_refusal("with --caustics off or regularized; use full",
+                 [](RenderSettings& s) { s.integrator.caustics = Caustics::regularized; });
+  expect_refusal("with --sample-rates noise; use even",
+                 [](RenderSettings& s) { s.sample_rates = SampleRateKind::noise; });
+  expect_refusal("with fewer diffuse or glossy bounces than --max-bounces 8",
+                 [](RenderSettings& s) { s.integrator.max_glossy_bounces = 1; });
+  for (const int count : {0, -2, 3, 16}) {
+    const Result<void> checked = check_settings(reusing(kPilotSize, 1, count), camera);
+    ASSERT_FALSE(checked.ok()) << count;
+    EXPECT_EQ(checked.error().message, "path reuse " + std::to_string(count) + ": 1, 2, 4 or 8 is needed");
+  }
+  const Camera moving(SceneCamera{}, look_at(V3f(0, 4, 7), V3f(0.0f)), kPilotSize, CameraMotion{.shutter_open = true});
+  EXPECT_EQ(check_settings(reusing(kPilotSize, 1, 4), moving).error().message,
+            "--path-reuse: not with motion blur; leave out the shutter, such as by --shutter 0,0");
+}
+
+} // namespace
+} // namespace kindling::test
