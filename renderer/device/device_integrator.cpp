@@ -18,6 +18,8 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
                                    const WaveSetup& setup, std::unique_ptr<PhotonSource> photons)
     : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)) {
   setup_.direct_samples = static_cast<uint32_t>(settings.direct_samples);
+  setup_.path_reuse = static_cast<uint32_t>(settings.path_reuse);
+  setup_.image_px = input.camera.size_px();
   setup_.photons = photons_.get();
   DevicePlan plan = plan_device_memory(
       device, input, [this](uint32_t paths) { return wave_bytes(paths); },

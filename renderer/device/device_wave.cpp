@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_wave.h"
 
+#include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/stages/light_path_stages.h"
 
 #include <algorithm>
@@ -36,13 +37,15 @@ uint64_t common_wave_bytes(const WaveSetup& setup) {
 }
 
 DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces)
-    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), light_paths_(setup.light_paths),
-      outside_(setup.outside), samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0),
-      rays_(device, capacity_), losses_(device, 1) {
+    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), whole_blocks_(setup.path_reuse > 1),
+      image_px_(setup.image_px), light_paths_(setup.light_paths), outside_(setup.outside), samples_(device, capacity_),
+      surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
   assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
 
-uint32_t DeviceWave::take(size_t number, const PixelRect& block, const SampleRange& samples, const SampleRates* rates) {
+uint32_t DeviceWave::take(size_t number, const PixelRect& wanted, const SampleRange& samples,
+                          const SampleRates* rates) {
+  const PixelRect block = whole_blocks_ ? whole_block(wanted, image_px_) : wanted;
   const auto pixels = static_cast<uint32_t>(block.pixel_count());
   const uint64_t room = capacity_ - sample_count_;
   uint32_t count = samples.count();
@@ -121,23 +124,38 @@ void DeviceWave::download_sums() {
   block_rays_.download();
 }
 
+// A block that is cut has its pixels row by row.
+void DeviceWave::add_sums(const WaveBlock& from, const PixelRect& to, Film& film) {
+  const auto add = [&](const PixelRect& rect) {
+    const size_t first = from.first_pixel + static_cast<size_t>(rect.min.y - from.corner.y) * from.width +
+                         static_cast<size_t>(rect.min.x - from.corner.x);
+    const auto pixels = static_cast<size_t>(rect.pixel_count());
+    const auto part = [&](auto& sums, size_t per_pixel) {
+      return sums.here.empty() ? std::span(sums.here)
+                               : std::span(sums.here).subspan(first * per_pixel, pixels * per_pixel);
+    };
+    film.add(rect, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
+                            part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
+  };
+  if (static_cast<uint32_t>(to.width()) == from.width) {
+    add(to);
+    return;
+  }
+  for (int y = to.min.y; y < to.max.y; ++y) add({V2i(to.min.x, y), V2i(to.max.x, y + 1)});
+}
+
 void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const WaveBlock& block = blocks_[i];
     BlockWork& done = work[taken_[i].number];
-    const size_t pixels = size_t{block.width} * block.height;
-    const auto part = [&](auto& sums, size_t per_pixel) {
-      return sums.here.empty() ? std::span(sums.here)
-                               : std::span(sums.here).subspan(block.first_pixel * per_pixel, pixels * per_pixel);
-    };
-    film.add(done.block, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
-                                  part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
+    add_sums(block, done.block, film);
     film.add_light_paths(done.block.min, taken_[i].light_paths);
     const WaveRays<uint64_t>& rays = block_rays_.here[i];
     const uint64_t samples = taken_[i].samples;
     done.added += taken_[i].levels;
     done.rays += samples + rays.bounces + rays.shadows;
-    counters.paths += samples;
+    const auto outside = uint64_t{block.width} * block.height - static_cast<uint64_t>(done.block.pixel_count());
+    counters.paths += samples - outside * taken_[i].levels; // none if there are rates
     counters.camera += samples;
     counters.bounce += rays.bounces;
     counters.shadow += rays.shadows;

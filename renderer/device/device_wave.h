@@ -23,6 +23,8 @@ struct WaveSetup {
   uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
   AovSet aovs;
   uint32_t direct_samples = 1; // IntegratorSettings::direct_samples
+  uint32_t path_reuse = 1;     // IntegratorSettings::path_reuse: above 1, waves have whole blocks
+  V2i image_px{0};             // size
   bool trims_outliers = false;
   bool has_rates = false;             // sample rates
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
@@ -105,12 +107,15 @@ class DeviceWave : public ThreadContext {
     uint64_t light_paths = 0;
   };
 
+  void add_sums(const WaveBlock& from, const PixelRect& to, Film& film); // `to`: pixels of the block
   void plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates);
 
   Device& device_;
   const World& world_;
   TilePager* pager_;
   uint32_t capacity_;
+  bool whole_blocks_;
+  V2i image_px_;
   float light_paths_; // fraction
   OutsidePixels outside_;
   uint32_t sample_count_ = 0, pixel_count_ = 0;

@@ -20,14 +20,18 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
       sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t);
   constexpr uint64_t kOfShadowRay = sizeof(accel::Ray) + sizeof(WaveShadow);
   const uint64_t of_light_path = setup.light_paths > 0.0f ? sizeof(WaveLightPath) + sizeof(WaveSplat) : 0;
-  return common_wave_bytes(setup) + setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path) +
-         sizeof(uint64_t);
+  const uint64_t of_reuse =
+      setup.path_reuse > 1 ? sizeof(ReusedPath) + setup.path_reuse * (sizeof(ReuseLink) + sizeof(uint32_t)) : 0;
+  return common_wave_bytes(setup) +
+         setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path + of_reuse) +
+         2 * sizeof(uint64_t);
 }
 
 namespace {
 
 Kernel shading_kernel(const WaveSetup& setup) {
   if (setup.photons != nullptr) return Kernel::shade_beside_photons;
+  if (setup.path_reuse > 1) return Kernel::shade_reused;
   return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
 }
 
@@ -40,6 +44,10 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
   if (setup.light_paths > 0.0f)
     kernels.insert(kernels.end(), {Kernel::begin_light_path, Kernel::scatter_light_path,
                                    filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
+  if (setup.path_reuse > 1)
+    kernels.insert(kernels.end(), {Kernel::start_sharing, Kernel::link_paths,
+                                   filters_hits ? Kernel::trace_link : Kernel::trace_link_opaque, Kernel::share_light,
+                                   Kernel::receive_light});
   return kernels;
 }
 
@@ -49,7 +57,9 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
       filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
       shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
       next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity() * setup.direct_samples),
-      light_paths_(on, has_light_paths_ ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0) {
+      light_paths_(on, has_light_paths_ ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0),
+      reused_(on, setup.path_reuse > 1 ? capacity() : 0), links_(on, reused_.size() * setup.path_reuse),
+      traced_links_(on, links_.size()) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -61,6 +71,10 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   wave_.shadows.count = &counts->shadows;
   wave_.shadow_rays = shadow_rays_.data();
   wave_.shadow_records = shadow_records_.data();
+  if (reused_.size() > 0) {
+    wave_.reuse = {reused_.data(), links_.data(), setup.path_reuse};
+    wave_.reuse_links = {&counts->links, traced_links_.data()};
+  }
   wave_.light_paths = light_paths_.data();
   wave_.splats = splats_.data();
   if (photon_source_ != nullptr) reserve_photons(photon_source_->maps().bytes_per_map() / PhotonMap::kBytes);
@@ -92,6 +106,7 @@ bool PathWaveRunner::run(const Film& film) {
   start(film, wave_);
   found_.clear();
   if (!take_photons() || !follow_camera_paths()) return false;
+  if (wave_.reuse.paths != nullptr) share_paths();
   launch(Kernel::finish_pixel, wave_, pixel_count());
   const uint64_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
   for (uint64_t first = 0; first < light_paths; first += capacity())
@@ -113,6 +128,17 @@ bool PathWaveRunner::follow_camera_paths() {
     active = counts.next;
   }
   return true;
+}
+
+void PathWaveRunner::share_paths() {
+  launch(Kernel::start_sharing, wave_, sample_count());
+  queue_counts_.clear(1);
+  launch(Kernel::link_paths, wave_, sample_count());
+  std::array<QueueCounts, 1> counts;
+  queue_counts_.download(counts);
+  launch(filters_hits_ ? Kernel::trace_link : Kernel::trace_link_opaque, wave_, counts[0].links);
+  launch(Kernel::share_light, wave_, sample_count());
+  launch(Kernel::receive_light, wave_, sample_count());
 }
 
 bool PathWaveRunner::follow_light_paths(uint64_t first, uint32_t count) {

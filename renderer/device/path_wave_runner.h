@@ -31,13 +31,14 @@ class PathWaveRunner final : public DeviceWave {
  private:
   // Counts of the queues, which are cleared and read together.
   struct QueueCounts {
-    uint32_t next = 0, shadows = 0;
+    uint32_t next = 0, shadows = 0, links = 0;
   };
 
   // Return false if the render was abandoned.
   [[nodiscard]] bool take_photons(); // of the samples of the wave
   [[nodiscard]] bool follow_camera_paths();
   [[nodiscard]] bool follow_light_paths(uint64_t first, uint32_t count); // of those of the wave
+  void share_paths();                                                    // between pixels, once they have ended
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 
@@ -58,6 +59,9 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<WaveShadow> shadow_records_;
   DeviceArray<WaveLightPath> light_paths_;
   DeviceArray<WaveSplat> splats_;
+  DeviceArray<ReusedPath> reused_;
+  DeviceArray<ReuseLink> links_;
+  DeviceArray<uint32_t> traced_links_;
   std::vector<WaveSplat> downloaded_, found_; // of one bounce, and of the wave
   DeviceArray<PhotonMapView::Node> photon_nodes_;
   DeviceArray<Photon> photons_;

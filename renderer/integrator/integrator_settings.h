@@ -38,6 +38,9 @@ inline constexpr int kMaxBounces = 4096;
 // Maximum of IntegratorSettings::direct_samples.
 inline constexpr int kMaxDirectSamples = 8;
 
+// Maximum of IntegratorSettings::path_reuse.
+inline constexpr uint32_t kMaxPathReuse = 8;
+
 struct IntegratorSettings {
   IntegratorKind kind = IntegratorKind::path;
   int max_bounces = 8; // reflections of a path after its first surface, diffuse and glossy; 0: direct light only

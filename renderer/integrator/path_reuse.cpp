@@ -11,6 +11,8 @@
 
 namespace kindling {
 
+static_assert(kReuseSide == kBlockSize);
+
 PathReuse::PathReuse(size_t batch_size, uint32_t size)
     : group_size(size), paths(batch_size), groups(batch_size), links(batch_size * size) {
   blocks.reserve(batch_size);
@@ -20,10 +22,7 @@ PathReuse::PathReuse(size_t batch_size, uint32_t size)
 }
 
 void PathReuse::start(size_t count) {
-  for (ReusedPath& path : std::span(paths).first(count)) {
-    path.receives = path.gives = false;
-    path.light = path.tail = path.own_of_light = path.own_of_tail = Rgb(0.0f);
-  }
+  for (ReusedPath& path : std::span(paths).first(count)) path.start();
 }
 
 void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, uint32_t group_size,
@@ -33,10 +32,10 @@ void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, 
     const auto width = static_cast<uint32_t>(block.width()), height = static_cast<uint32_t>(block.height());
     for (uint32_t sample = samples.first; sample < samples.end; ++sample, first += width * height)
       for (uint32_t slot = 0; slot < width * height; ++slot) {
-        const uint32_t pixel = slot / width * kBlockSize + slot % width;
+        const uint32_t pixel = slot / width * kReuseSide + slot % width;
         for (uint32_t place = 0; place < group_size; ++place) {
           const uint32_t partner = reuse_partner(pixel, sample, place);
-          const uint32_t x = partner % kBlockSize, y = partner / kBlockSize;
+          const uint32_t x = partner % kReuseSide, y = partner / kReuseSide;
           groups[first + slot][place] = x < width && y < height ? first + y * width + x : kNoPath;
         }
       }
@@ -50,14 +49,13 @@ void PathIntegrator::share_paths(std::span<const PixelRect> blocks, const Sample
   find_groups(blocks, samples, reuse.group_size, reuse.groups);
   reuse.rays.clear();
   reuse.ray_links.clear();
-  std::array<accel::Ray, kMaxPathReuse> rays;
   if (context.split_light) take_tails(path_count, context);
   for (uint32_t slot = 0; slot < path_count; ++slot) view.start_sharing(slot, context.states[slot]);
   for (uint32_t slot = 0; slot < path_count; ++slot) {
-    uint32_t traced = view.link_paths(stages_, slot, reuse.groups[slot], context.camera_samples[slot], rays);
+    const uint32_t traced = view.link_paths(stages_, slot, reuse.groups[slot]);
     for (uint32_t place = 1; traced >> place != 0; ++place) {
       if ((traced >> place & 1U) == 0) continue;
-      append_reserved(reuse.rays, rays[place]);
+      append_reserved(reuse.rays, view.link_ray(slot, reuse.groups[slot], place, context.camera_samples[slot]));
       append_reserved(reuse.ray_links, slot * reuse.group_size + place);
     }
   }

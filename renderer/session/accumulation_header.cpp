@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/accumulation_header.h"
 
+#include "renderer/session/checked_json.h"
 #include "renderer/session/json_text.h"
 #include "renderer/world/light_groups.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -17,88 +17,9 @@
 namespace kindling {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr int kMaxSide = 1 << 20;                 // of an image, pixels
-constexpr int kMaxJsonDepth = 64;                 // of texts in the header that are JSON; their readers recurse
 constexpr uint64_t kMinCoverageBytes = 64U << 20; // lower bound of max_coverage_bytes()
 
-struct Unsound : std::runtime_error { // thrown and caught within this file
-  using std::runtime_error::runtime_error;
-};
-[[noreturn]] void unsound(std::string_view key, std::string_view wanted) {
-  throw Unsound(fmt::format("'{}' is not {}", key, wanted));
-}
-
-std::string text_from_json(const Json& json, std::string_view key) {
-  std::optional<std::string> text = kindling::text_from_json(json);
-  if (!text) unsound(key, "a text");
-  return *std::move(text);
-}
-
-const Json& member(const Json& object, const char* key) {
-  if (!object.is_object()) throw Unsound(fmt::format("the value that should have '{}' is not an object", key));
-  const auto found = object.find(key);
-  if (found == object.end()) throw Unsound(fmt::format("'{}' is missing", key));
-  return *found;
-}
-
-uint64_t whole(const Json& json, std::string_view key, uint64_t largest) {
-  if (!json.is_number_unsigned() || json.get<uint64_t>() > largest)
-    unsound(key, fmt::format("a whole number up to {}", largest));
-  return json.get<uint64_t>();
-}
-
-template <typename Number>
-void read_whole(const Json& object, const char* key, Number& number) {
-  number = static_cast<Number>(whole(member(object, key), key, std::numeric_limits<Number>::max()));
-}
-
-double number(const Json& object, const char* key, double max, std::string_view wanted) {
-  const Json& json = member(object, key);
-  if (!json.is_number() || !(json.get<double>() >= 0.0 && json.get<double>() <= max)) unsound(key, wanted);
-  return json.get<double>();
-}
-
-double seconds(const Json& object, const char* key) {
-  return number(object, key, std::numeric_limits<double>::infinity(), "a time in seconds");
-}
-
-std::string text(const Json& object, const char* key) { return text_from_json(member(object, key), key); }
-
-// Returns a text of the file for a message: short, without bytes that a terminal would obey.
-std::string in_quotes(std::string_view text) {
-  constexpr size_t kShown = 40;
-  return Json(std::string(text.substr(0, kShown))).dump(-1, ' ', true, Json::error_handler_t::replace);
-}
-
-std::string json_text(const Json& object, const char* key) {
-  std::string json = text(object, key);
-  if (json_depth(json) > kMaxJsonDepth) unsound(key, fmt::format("JSON of at most {} levels", kMaxJsonDepth));
-  return json;
-}
-
-bool flag(const Json& object, const char* key) {
-  const Json& json = member(object, key);
-  if (!json.is_boolean()) unsound(key, "true or false");
-  return json.get<bool>();
-}
-
-const Json& list(const Json& object, const char* key) {
-  const Json& json = member(object, key);
-  if (!json.is_array()) unsound(key, "a list");
-  return json;
-}
-
-// [width, height], or [x, y, x, y].
-template <size_t kCount>
-std::array<int, kCount> coordinates(const Json& object, const char* key) {
-  const Json& json = list(object, key);
-  if (json.size() != kCount) unsound(key, fmt::format("a list of {} numbers", kCount));
-  std::array<int, kCount> values{};
-  for (size_t i = 0; i < kCount; ++i) values[i] = static_cast<int>(whole(json[i], key, kMaxSide));
-  return values;
-}
+using namespace checked;
 
 Json rect_to_json(const PixelRect& rect) { return {rect.min.x, rect.min.y, rect.max.x, rect.max.y}; }
 
@@ -265,6 +186,7 @@ ParsedHeader parse(std::string_view text_of_json) {
   if (work.contains("light_paths"))
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
   if (work.contains("direct_samples")) read_whole(work, "direct_samples", header.summary.work.direct_samples.emplace());
+  if (work.contains("path_reuse")) read_whole(work, "path_reuse", header.summary.work.path_reuse.emplace());
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -355,6 +277,7 @@ std::string header_to_json(const AccumulationHeader& header) {
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
   if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;
+  if (work.path_reuse) json["work"]["path_reuse"] = *work.path_reuse;
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);

@@ -197,7 +197,8 @@ Result<void> check_photons(const RenderSettings& settings) {
   return {};
 }
 
-// What paths that are shared between pixels do not work with.
+} // namespace
+
 Result<void> check_path_reuse(const RenderSettings& settings, const Camera& camera) {
   const IntegratorSettings& integrator = settings.integrator;
   const int count = integrator.path_reuse;
@@ -207,8 +208,6 @@ Result<void> check_path_reuse(const RenderSettings& settings, const Camera& came
   const auto not_with = [](const std::string& what) { return refuse("--path-reuse: not " + what); };
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   if (integrator.light_paths > 0.0f || settings.chooses_light_paths) return not_with("with --light-paths; use 0");
   if (integrator.photons > 0.0f) return not_with("with --photons; use 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
@@ -220,8 +219,6 @@ Result<void> check_path_reuse(const RenderSettings& settings, const Camera& came
   if (camera.shutter_open()) return not_with("with motion blur; leave out the shutter, such as by --shutter 0,0");
   return {};
 }
-
-} // namespace
 
 Result<void> check_combination(const RenderSettings& settings, const Camera& camera) {
   constexpr int kMaxSide = 1 << 20;

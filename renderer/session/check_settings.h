@@ -18,6 +18,9 @@ namespace kindling {
 // Checks what light paths (IntegratorSettings::light_paths) do not work with.
 [[nodiscard]] Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera);
 
+// Checks what path reuse (IntegratorSettings::path_reuse) does not work with.
+[[nodiscard]] Result<void> check_path_reuse(const RenderSettings& settings, const Camera& camera);
+
 // Returns the pixels that light paths reach: those of the whole image or its crop, in whole blocks
 // with adaptive sampling.
 [[nodiscard]] PixelRect splat_area(const RenderSettings& settings);

@@ -120,6 +120,11 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
     settings.chooses_direct_samples = false;
     if (Result<void> checked = check_settings(settings, camera); !checked) return checked;
   }
+  if (settings.chooses_path_reuse && has_samples(state)) {
+    settings.integrator.path_reuse = state.work.path_reuse.value_or(1);
+    settings.chooses_path_reuse = false;
+    if (Result<void> checked = check_path_reuse(settings, camera); !checked) return checked;
+  }
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
   if (state.film.light_groups() != light_groups)
     return Error{ErrorKind::usage, "resuming: the state has other light groups"};
@@ -134,13 +139,16 @@ void note_prepared(const PreparedPaths& prepared, const RenderSettings& before_p
   statistics.guiding = prepared.trained.statistics;
   statistics.light_paths = prepared.light_paths;
   statistics.direct_samples = prepared.direct_samples;
+  statistics.path_reuse = prepared.path_reuse;
   if (leaves_light_paths_open(before_pilots)) work.light_paths = prepared.light_paths.fraction;
-  if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.samples;
+  if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.count;
+  if (before_pilots.chooses_path_reuse) work.path_reuse = prepared.path_reuse.count;
 }
 
 // Takes the guide; the settings are those that were prepared.
 LearnedPaths learned_of(PreparedPaths& prepared, const RenderSettings& settings) {
-  return {std::move(prepared.trained.guide), settings.integrator.light_paths, settings.integrator.direct_samples};
+  return {std::move(prepared.trained.guide), settings.integrator.light_paths, settings.integrator.direct_samples,
+          settings.integrator.path_reuse};
 }
 
 } // namespace
@@ -242,6 +250,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   IntegratorSettings integrator_settings = settings.integrator;
   integrator_settings.light_paths = learned.light_paths;
   integrator_settings.direct_samples = learned.direct_samples;
+  integrator_settings.path_reuse = learned.path_reuse;
   const std::unique_ptr<Integrator> integrator =
       make_integrator(integrator_settings, world, camera, make_sampler(settings), settings.filter, settings.aovs,
                       learned.guide.get(), {.names = settings.names.get()});

@@ -11,7 +11,7 @@
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/pilots/direct_sample_pilot.h"
+#include "renderer/integrator/pilots/block_noise.h"
 #include "renderer/integrator/pilots/light_path_pilot.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/allocate_samples.h"
@@ -70,6 +70,9 @@ struct RenderSettings {
   // A pilot chooses integrator.direct_samples if there are no light paths
   // (prepare_paths()).
   bool chooses_direct_samples = false;
+  // A pilot chooses integrator.path_reuse, before that: 1 with anything that it does not work with
+  // (check_path_reuse()).
+  bool chooses_path_reuse = false;
   // Paths that train the guide; 0: no guide. Unset: by the planned samples, and with a time limit
   // no more than a tenth of it allows at the measured speed (RenderWork::training_paths).
   std::optional<uint64_t> training_paths;
@@ -122,7 +125,7 @@ struct RenderStatistics {
   RayCounters rays;
   GuidingStatistics guiding;
   LightPathChoice light_paths;
-  DirectSampleChoice direct_samples;
+  SampleChoice direct_samples, path_reuse;
   DeviceUse device;
 };
 
@@ -135,9 +138,9 @@ struct RenderOutcome {
 
 // The guide, light paths and light samples of all samples of a render.
 struct LearnedPaths {
-  std::shared_ptr<const Guide> guide; // null: none
-  float light_paths = 0.0f;           // IntegratorSettings::light_paths
-  int direct_samples = 1;             // likewise
+  std::shared_ptr<const Guide> guide;     // null: none
+  float light_paths = 0.0f;               // IntegratorSettings::light_paths
+  int direct_samples = 1, path_reuse = 1; // likewise
 };
 
 // Saving, previews, and the state to resume from.

@@ -23,8 +23,8 @@ struct RenderWork {
   std::optional<uint64_t> training_paths;
   // The fraction of the samples with light paths, if a pilot chose it: later runs keep it.
   std::optional<float> light_paths;
-  // IntegratorSettings::direct_samples, likewise.
-  std::optional<int> direct_samples;
+  // IntegratorSettings::direct_samples and path_reuse, likewise.
+  std::optional<int> direct_samples, path_reuse;
 };
 
 struct RenderState {

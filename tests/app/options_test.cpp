@@ -146,12 +146,17 @@ TEST(Options, DirectSamplesAreChosenOrGiven) {
               "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 8");
 }
 
-TEST(Options, PathReuse) {
-  EXPECT_EQ(render_options({}).integrator.path_reuse, 1);
-  EXPECT_EQ(render_options({"--path-reuse", "8"}).integrator.path_reuse, 8);
-  for (const char* count : {"0", "3", "16", "auto", ""})
+TEST(Options, PathReuseIsChosenOrGiven) {
+  EXPECT_TRUE(render_options({}).chooses_path_reuse);
+  EXPECT_TRUE(render_options({"--path-reuse", "8", "--path-reuse", "auto"}).chooses_path_reuse);
+  EXPECT_EQ(render_options({"--path-reuse", "8", "--path-reuse", "auto"}).integrator.path_reuse, 1);
+  for (const char* count : {"1", "8"}) {
+    EXPECT_FALSE(render_options({"--path-reuse", count}).chooses_path_reuse);
+    EXPECT_EQ(render_options({"--path-reuse", count}).integrator.path_reuse, std::stoi(count));
+  }
+  for (const char* count : {"0", "3", "16", "many", ""})
     EXPECT_EQ(refusal({"render", "a.glb", "--path-reuse", count}),
-              "--path-reuse: '" + std::string(count) + "' is not 1, 2, 4 or 8");
+              "--path-reuse: '" + std::string(count) + "' is not auto, 1, 2, 4 or 8");
 }
 
 TEST(Options, LightPathsAreChosenOrGiven) {

@@ -31,8 +31,15 @@ STACK_BYTES = {
     "kindling_shade": 7168,
     "kindling_shade_beside_light_paths": 7168,
     "kindling_shade_beside_photons": 7168,
+    "kindling_shade_reused": 7168,
     "kindling_trace_shadow": 7680,
     "kindling_trace_shadow_opaque": 1024,
+    "kindling_start_sharing": 128,
+    "kindling_link_paths": 2304,
+    "kindling_trace_link": 7680,
+    "kindling_trace_link_opaque": 1024,
+    "kindling_share_light": 128,
+    "kindling_receive_light": 128,
     "kindling_finish_pixel": 128,
     "kindling_begin_light_path": 128,
     "kindling_scatter_light_path": 9728,
@@ -55,6 +62,11 @@ REGISTERS = {
     "kindling_finish_pixel": 96,
     "kindling_begin_light_path": 80,
     "kindling_trace_sight_opaque": 128,
+    "kindling_start_sharing": 32,
+    "kindling_link_paths": 128,
+    "kindling_trace_link_opaque": 128,
+    "kindling_share_light": 96,
+    "kindling_receive_light": 64,
     "kindling_begin_tree": 64,
     "kindling_take_node": 32,
     "kindling_finish_tree_pixel": 96,
@@ -63,7 +75,7 @@ REGISTERS = {
     "kindling_any_hit": 128,
 }
 # Functions into which the triangle test is compiled, by their names.
-TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow|trace_sight)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow|trace_sight|trace_link)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
 CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
 
 

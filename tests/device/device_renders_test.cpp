@@ -85,6 +85,25 @@ TEST(DeviceRenders, SeveralLightSamples) {
   expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
 }
 
+TEST(DeviceRenders, PathReuse) {
+  for (const bool opaque : {false, true})
+    for (const int paths : {2, 8}) {
+      RenderSettings settings = all_aovs(5);
+      settings.integrator.path_reuse = paths;
+      settings.integrator.direct_samples = 2;
+      expect_same_on_device(*(opaque ? caster_world(false) : mixed_world(accel::Kind::kdtree)), settings);
+      settings.crop = PixelRect{V2i(3, 5), V2i(21, 10)};
+      expect_same_on_device(*(opaque ? caster_world(false) : mixed_world(accel::Kind::kdtree)), settings);
+    }
+}
+
+TEST(DeviceRenders, GuidingAndPathReuse) {
+  RenderSettings settings = small_render(kSize, 64);
+  settings.guiding = Guiding::on;
+  settings.integrator.path_reuse = 4;
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+}
+
 TEST(DeviceRenders, Guiding) {
   RenderSettings settings = small_render(kSize, 64);
   settings.guiding = Guiding::on;

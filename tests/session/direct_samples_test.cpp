@@ -1,5 +1,6 @@
 // Light samples at the first surface: a pilot chooses them, the same for all runs and devices.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/prepare_paths.h"
 #include "tests/session/pilot_renders.h"
@@ -35,19 +36,19 @@ double noise_at(const World& world, int samples) {
 TEST(DirectSamples, AreChosenWhereShadowsAreNoisy) {
   const auto world = penumbra_world();
   const RenderOutcome outcome = render_open(*world, long_render_to_choose());
-  const DirectSampleChoice& choice = outcome.statistics.direct_samples;
-  EXPECT_GE(choice.samples, 3);
+  const SampleChoice& choice = outcome.statistics.direct_samples;
+  EXPECT_GE(choice.count, 3);
   EXPECT_LT(choice.predicted, 1.0 / kMinDirectSampleGain);
   EXPECT_GT(choice.paths, 0U);
-  EXPECT_EQ(outcome.work.direct_samples, choice.samples);
-  EXPECT_LT(noise_at(*world, choice.samples), 0.6 * noise_at(*world, 1));
+  EXPECT_EQ(outcome.work.direct_samples, choice.count);
+  EXPECT_LT(noise_at(*world, choice.count), 0.6 * noise_at(*world, 1));
   RenderSettings fixed = long_render_to_choose();
   fixed.chooses_direct_samples = false;
-  fixed.integrator.direct_samples = choice.samples;
+  fixed.integrator.direct_samples = choice.count;
   const RenderOutcome given = render_open(*world, fixed);
   expect_same_bits(outcome.film, given.film, "the chosen number");
   EXPECT_EQ(given.statistics.direct_samples.paths, 0U);
-  EXPECT_EQ(given.statistics.direct_samples.samples, choice.samples);
+  EXPECT_EQ(given.statistics.direct_samples.count, choice.count);
 }
 
 // A point light has one direction, and a floor that nothing shades no noise at all.
@@ -59,7 +60,7 @@ TEST(DirectSamples, AreOneWhereTheyGainNothing) {
   place_light(scene, lamp, look_at(V3f(2, 6, 2), V3f(0.0f)));
   const auto world = make_world(std::move(scene), accel::Kind::kdtree);
   const RenderOutcome outcome = render_open(*world, long_render_to_choose());
-  EXPECT_EQ(outcome.statistics.direct_samples.samples, 1);
+  EXPECT_EQ(outcome.statistics.direct_samples.count, 1);
   EXPECT_EQ(outcome.statistics.direct_samples.predicted, 1.0);
   EXPECT_GT(outcome.statistics.direct_samples.paths, 0U);
   RenderSettings one = long_render_to_choose();
@@ -82,13 +83,13 @@ TEST(DirectSamples, ShortRendersAndOtherTracersHaveNoPilot) {
 
 TEST(DirectSamples, AreTheSameForThreadsPartsCropsAndDevices) {
   const auto world = penumbra_world();
-  const DirectSampleChoice expected = render_open(*world, long_render_to_choose()).statistics.direct_samples;
-  ASSERT_GT(expected.samples, 1);
+  const SampleChoice expected = render_open(*world, long_render_to_choose()).statistics.direct_samples;
+  ASSERT_GT(expected.count, 1);
   const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
     RenderSettings settings = long_render_to_choose();
     change(settings);
-    const DirectSampleChoice choice = render_open(*world, settings).statistics.direct_samples;
-    EXPECT_EQ(choice.samples, expected.samples) << what;
+    const SampleChoice choice = render_open(*world, settings).statistics.direct_samples;
+    EXPECT_EQ(choice.count, expected.count) << what;
     EXPECT_EQ(choice.predicted, expected.predicted) << what;
     EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
   };
@@ -112,7 +113,7 @@ TEST(DirectSamples, ResumedRendersKeepTheChoice) {
   longer.time_limit_s = 1000.0; // another pilot would choose
   const RenderOutcome outcome = render_open(*world, longer, {.resume_from = saved});
   EXPECT_EQ(outcome.statistics.direct_samples.paths, 0U);
-  EXPECT_EQ(outcome.statistics.direct_samples.samples, *saved->work.direct_samples);
+  EXPECT_EQ(outcome.statistics.direct_samples.count, *saved->work.direct_samples);
   expect_same_bits(outcome.film, whole, "a resumed render");
 }
 

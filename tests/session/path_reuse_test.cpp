@@ -1,5 +1,6 @@
 // Paths that are shared between pixels: less noise, the same bits however the work is divided.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/pilots/path_reuse_pilot.h"
 #include "renderer/integrator/stages/reuse_paths.h"
 #include "renderer/session/check_settings.h"
 #include "tests/session/parts_of_light.h"
@@ -107,6 +108,95 @@ TEST(PathReuse, SamplesAreReplayed) {
     EXPECT_EQ(sample.value().trace.front().event, "camera");
     EXPECT_EQ(sample.value().trace.back().event, "joined to paths of other pixels");
   }
+}
+
+RenderSettings long_reuse_to_choose(uint32_t samples = 5) {
+  RenderSettings settings = long_render(samples);
+  settings.chooses_path_reuse = true;
+  return settings;
+}
+
+TEST(PathReuse, IsChosenForIndirectLight) {
+  const auto world = indirect_world();
+  const RenderOutcome outcome = render_open(*world, long_reuse_to_choose());
+  const SampleChoice& choice = outcome.statistics.path_reuse;
+  EXPECT_GE(choice.count, 4);
+  EXPECT_LT(choice.predicted, 1.0 / kMinPathReuseGain);
+  EXPECT_GT(choice.paths, 0U);
+  EXPECT_EQ(outcome.work.path_reuse, choice.count);
+  RenderSettings fixed = long_render(5);
+  fixed.integrator.path_reuse = choice.count;
+  const RenderOutcome given = render_open(*world, fixed);
+  expect_same_bits(outcome.film, given.film, "the chosen number");
+  EXPECT_EQ(given.statistics.path_reuse.paths, 0U);
+  EXPECT_EQ(given.statistics.path_reuse.count, choice.count);
+}
+
+// Dark surfaces reflect hardly any light to each other.
+TEST(PathReuse, IsNotChosenForDirectLight) {
+  const auto world = make_world(
+      make_scene({diffuse_material(Rgb(0.05f)), emissive_material(Rgb(5.0f))},
+                 {quad(V3f(-8, 0, 8), V3f(16, 0, 0), V3f(0, 0, -16), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 16, 0),
+                  quad(V3f(-3, 6, -3), V3f(6, 0, 0), V3f(0, 0, 6), 1)}),
+      accel::Kind::kdtree);
+  const RenderOutcome outcome = render_open(*world, long_reuse_to_choose());
+  EXPECT_EQ(outcome.statistics.path_reuse.count, 1);
+  EXPECT_EQ(outcome.statistics.path_reuse.predicted, 1.0);
+  EXPECT_GT(outcome.statistics.path_reuse.paths, 0U);
+  expect_same_bits(outcome.film, render_open(*world, long_render(5)).film, "no reuse");
+}
+
+TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {
+  const auto world = indirect_world();
+  const auto expect_none = [&](const char* what, void (*change)(RenderSettings&)) {
+    RenderSettings settings = long_reuse_to_choose();
+    change(settings);
+    const RenderOutcome outcome = render_open(*world, settings);
+    EXPECT_EQ(outcome.statistics.path_reuse.paths, 0U) << what;
+    EXPECT_EQ(outcome.statistics.path_reuse.count, 1) << what;
+  };
+  expect_none("a short render", [](RenderSettings& s) { s.planned_samples = 16; });
+  expect_none("another tracer", [](RenderSettings& s) { s.integrator.kind = IntegratorKind::whitted; });
+  expect_none("light paths", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; });
+  expect_none("direct light alone", [](RenderSettings& s) {
+    s.integrator.max_bounces = s.integrator.max_diffuse_bounces = s.integrator.max_glossy_bounces = 0;
+  });
+}
+
+TEST(PathReuse, IsTheSameForThreadsPartsCropsAndDevices) {
+  const auto world = indirect_world();
+  const SampleChoice expected = render_open(*world, long_reuse_to_choose()).statistics.path_reuse;
+  ASSERT_GT(expected.count, 1);
+  const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
+    RenderSettings settings = long_reuse_to_choose();
+    change(settings);
+    const SampleChoice choice = render_open(*world, settings).statistics.path_reuse;
+    EXPECT_EQ(choice.count, expected.count) << what;
+    EXPECT_EQ(choice.predicted, expected.predicted) << what;
+    EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
+  };
+  expect_same_choice("threads", [](RenderSettings& s) { s.threads = 3, s.tile_size_px = 8; });
+  expect_same_choice("a part", [](RenderSettings& s) {
+    s.region = PixelRect{V2i(8, 8), V2i(24, 16)};
+    s.samples = SampleRange{2, 3};
+  });
+  expect_same_choice("a crop", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(9, 11)}; });
+  expect_same_choice("a device", [](RenderSettings& s) { s.device = DeviceKind::host; });
+}
+
+TEST(PathReuse, ResumedRendersKeepTheChoice) {
+  const auto world = indirect_world();
+  const Film whole = render_open(*world, long_reuse_to_choose(9)).film;
+  std::optional<RenderState> saved;
+  (void)render_open(*world, long_reuse_to_choose(4), {.save = [&](const RenderState& state) { saved = state; }});
+  ASSERT_TRUE(saved);
+  ASSERT_GT(saved->work.path_reuse.value_or(1), 1);
+  RenderSettings longer = long_reuse_to_choose(9);
+  longer.time_limit_s = 1000.0; // another pilot would choose
+  const RenderOutcome outcome = render_open(*world, longer, {.resume_from = saved});
+  EXPECT_EQ(outcome.statistics.path_reuse.paths, 0U);
+  EXPECT_EQ(outcome.statistics.path_reuse.count, *saved->work.path_reuse);
+  expect_same_bits(outcome.film, whole, "a resumed render");
 }
 
 TEST(PathReuse, IsRefusedByNameWhereItDoesNotWork) {

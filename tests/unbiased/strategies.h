@@ -66,7 +66,7 @@ inline constexpr std::array kStrategies{
                s.sampler = SamplerKind::blue_noise;
                s.integrator.path_reuse = 4;
                s.integrator.direct_samples = 2;
-               s.integrator.roulette_start_bounce = 1;
+               s.integrator.roulette_start_bounce = 0;
              },
              accel::Kind::embree, false, 48, true, false, true},
     Strategy{"sample rates",

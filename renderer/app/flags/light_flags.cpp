@@ -34,13 +34,16 @@ Result<void> set_direct_samples(std::string_view text, ImageSettings& o) {
   return store(std::move(samples), o.integrator.direct_samples);
 }
 
-Result<void> set_path_reuse(std::string_view text, IntegratorSettings& s) {
+Result<void> set_path_reuse(std::string_view text, ImageSettings& o) {
+  o.chooses_path_reuse = text == "auto";
+  o.integrator.path_reuse = 1;
+  if (o.chooses_path_reuse) return {};
   for (const int count : {1, 2, 4, 8})
     if (text == std::to_string(count)) {
-      s.path_reuse = count;
+      o.integrator.path_reuse = count;
       return {};
     }
-  return Error{ErrorKind::usage, fmt::format("'{}' is not 1, 2, 4 or 8", text)};
+  return Error{ErrorKind::usage, fmt::format("'{}' is not auto, 1, 2, 4 or 8", text)};
 }
 
 } // namespace
@@ -62,11 +65,12 @@ void add_direct_samples_flag(FlagSet& flags, ImageSettings& o) {
               [&o](auto text) { return set_direct_samples(text, o); });
 }
 
-void add_path_reuse_flag(FlagSet& flags, IntegratorSettings& s) {
-  flags.value("--path-reuse", "1|2|4|8",
-              "Share what paths find after their second surface between so many pixels of a block, for less noise in "
-              "indirect light; 1: each pixel has its own alone [1]",
-              [&s](auto text) { return set_path_reuse(text, s); });
+void add_path_reuse_flag(FlagSet& flags, ImageSettings& o) {
+  flags.value("--path-reuse", "auto|N",
+              fmt::format("Share what paths find after their second surface between 2, 4 or 8 pixels, for less noise "
+                          "in indirect light; 1: none; auto: as many as pay off, by a short pilot [{}]",
+                          o.chooses_path_reuse ? "auto" : "1"),
+              [&o](auto text) { return set_path_reuse(text, o); });
 }
 
 void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {

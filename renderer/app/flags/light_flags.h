@@ -10,7 +10,7 @@ class FlagSet;
 
 void add_light_flags(FlagSet& flags, LightOptions& options);
 void add_direct_samples_flag(FlagSet& flags, ImageSettings& settings);
-void add_path_reuse_flag(FlagSet& flags, IntegratorSettings& settings);
+void add_path_reuse_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
 void add_photons_flag(FlagSet& flags, IntegratorSettings& settings);
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);

@@ -21,5 +21,6 @@ namespace kindling::app {
 // The same for light paths, which a time limit chooses, too.
 [[nodiscard]] std::string light_paths_flag(float fraction);
 [[nodiscard]] std::string direct_samples_flag(int samples);
+[[nodiscard]] std::string path_reuse_flag(int pixels);
 
 } // namespace kindling::app

@@ -70,9 +70,14 @@ std::string format_summary(const RenderReport& r) {
                         l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
                                           : std::string("no light paths"),
                         l.predicted);
-  if (const DirectSampleChoice& d = s.direct_samples; d.paths > 0)
+  if (const SampleChoice& d = s.direct_samples; d.paths > 0)
     text += fmt::format("  direct  {} of pilot: {} light sample{} at the first surface ({:.2f} predicted)\n",
-                        format_seconds(d.pilot_s), d.samples, d.samples == 1 ? "" : "s", d.predicted);
+                        format_seconds(d.pilot_s), d.count, d.count == 1 ? "" : "s", d.predicted);
+  if (const SampleChoice& p = s.path_reuse; p.paths > 0)
+    text += fmt::format("  reuse   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(p.pilot_s),
+                        p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
+                                    : std::string("no paths are shared between pixels"),
+                        p.predicted);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}{}; {}\n", count(s.rays.total()),

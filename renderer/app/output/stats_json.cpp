@@ -31,8 +31,8 @@ nlohmann::ordered_json light_paths_json(const LightPathChoice& l) {
           {"pilot_rays", l.rays.total()}};
 }
 
-nlohmann::ordered_json direct_samples_json(const DirectSampleChoice& d) {
-  return {{"samples", d.samples}, {"predicted", d.predicted}, {"pilot_paths", d.paths}, {"pilot_rays", d.rays.total()}};
+nlohmann::ordered_json choice_json(std::string_view of, const SampleChoice& c) {
+  return {{of, c.count}, {"predicted", c.predicted}, {"pilot_paths", c.paths}, {"pilot_rays", c.rays.total()}};
 }
 
 nlohmann::ordered_json rays_json(const RayCounters& rays) {
@@ -100,7 +100,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
                     {"geometry", r.world.times.geometry.wall_s},
                     {"lights", r.world.times.lights.wall_s},
                     {"accelerator", r.world.times.accelerator.wall_s},
-                    {"pilot", s.light_paths.pilot_s + s.direct_samples.pilot_s},
+                    {"pilot", s.light_paths.pilot_s + s.path_reuse.pilot_s + s.direct_samples.pilot_s},
                     {"training", s.guiding.training_s},
                     {"render", r.times.render_s},
                     {"denoise", r.times.denoise_s},
@@ -111,7 +111,8 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["passes"] = s.passes;
   json["guiding"] = guiding_json(s.guiding, r.guiding);
   json["light_paths"] = light_paths_json(s.light_paths);
-  json["direct_samples"] = direct_samples_json(s.direct_samples);
+  json["direct_samples"] = choice_json("samples", s.direct_samples);
+  json["path_reuse"] = choice_json("pixels", s.path_reuse);
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;

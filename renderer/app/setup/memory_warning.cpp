@@ -61,6 +61,8 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.trims_outliers = options.outliers == Outliers::trim;
   request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
                                                                                 : options.integrator.direct_samples);
+  request.path_reuse =
+      options.chooses_path_reuse ? kMaxPathReuse : static_cast<uint32_t>(options.integrator.path_reuse);
   add_parts_of_light(options, scene.scene, image.posed, request);
   // Whatever the camera is: one that light paths do not work with is rare.
   if (options.chooses_light_paths && options.integrator.light_paths == 0.0f &&

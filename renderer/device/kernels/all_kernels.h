@@ -7,4 +7,5 @@
 #include "renderer/device/kernels/light_path_kernels.h" // IWYU pragma: export
 #include "renderer/device/kernels/path_kernels.h"       // IWYU pragma: export
 #include "renderer/device/kernels/ray_batch.h"          // IWYU pragma: export
+#include "renderer/device/kernels/reuse_kernels.h"      // IWYU pragma: export
 #include "renderer/device/kernels/tree_kernels.h"       // IWYU pragma: export

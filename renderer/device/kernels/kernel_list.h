@@ -21,8 +21,15 @@ struct RayBatch;
   KERNEL(shade, PathWave)                                                                                              \
   KERNEL(shade_beside_light_paths, PathWave)                                                                           \
   KERNEL(shade_beside_photons, PathWave)                                                                               \
+  KERNEL(shade_reused, PathWave)                                                                                       \
   KERNEL(trace_shadow, PathWave)                                                                                       \
   KERNEL(trace_shadow_opaque, PathWave)                                                                                \
+  KERNEL(start_sharing, PathWave)                                                                                      \
+  KERNEL(link_paths, PathWave)                                                                                         \
+  KERNEL(trace_link, PathWave)                                                                                         \
+  KERNEL(trace_link_opaque, PathWave)                                                                                  \
+  KERNEL(share_light, PathWave)                                                                                        \
+  KERNEL(receive_light, PathWave)                                                                                      \
   KERNEL(finish_pixel, PathWave)                                                                                       \
   KERNEL(begin_light_path, PathWave)                                                                                   \
   KERNEL(scatter_light_path, PathWave)                                                                                 \

@@ -3,4 +3,4 @@
 # Blocks have kThreadsPerBlock (cuda_device.cpp) threads. Four of them fit a multiprocessor's 65,536
 # registers if a thread has at most 128; with 129, three would.
 # SPDX-License-Identifier: Apache-2.0
-/^\.visible \.entry kindling_(intersect_opaque|trace_shadow_opaque|trace_sight_opaque|nearest_hit|any_hit)\(/,/^\{/ s/^\{/.maxntid 128, 1, 1\n.minnctapersm 4\n{/
+/^\.visible \.entry kindling_(intersect_opaque|trace_shadow_opaque|trace_sight_opaque|trace_link_opaque|nearest_hit|any_hit)\(/,/^\{/ s/^\{/.maxntid 128, 1, 1\n.minnctapersm 4\n{/

@@ -22,6 +22,7 @@ namespace kindling::kernels {
 inline void begin_path(const PathWave& wave, uint32_t path) {
   wave.path_rays[path] = begin_sample(wave, path);
   wave.states[path] = PathState{};
+  if (wave.reuse.paths != nullptr) wave.reuse.paths[path].start();
   wave.active.paths[path] = path;
 }
 
@@ -41,8 +42,9 @@ inline void intersect_opaque(const PathWave& wave, uint32_t number) {
 // Other paths that find the light of those from the camera.
 enum class Beside : uint8_t { nothing, light_paths, photons };
 
-// Takes the results of the stages of a path. Photons may be beside light paths.
-template <Beside kBeside>
+// Takes the results of the stages of a path. Photons may be beside light paths. `kReuse`: paths are
+// shared between pixels.
+template <Beside kBeside, bool kReuse>
 struct WaveSink {
   static constexpr bool kBesideLightPaths = kBeside != Beside::nothing;
 
@@ -71,7 +73,8 @@ struct WaveSink {
   }
   // Guides are trained, samples replayed, and light groups and passes rendered on the CPU.
   static constexpr bool kSplits = false;
-  static constexpr bool kReuses = false;
+  static constexpr bool kReuses = kReuse;
+  [[nodiscard]] ReusedPath* reused(const PathInFlight& path) const { return wave.reuse.paths + path.slot; }
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
   void escape(const PathInFlight& /*path*/, const accel::Ray& /*ray*/) {}
@@ -103,7 +106,7 @@ struct LightsInTurn {
   }
 };
 
-template <Beside kBeside>
+template <Beside kBeside, bool kReuse = false>
 inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t number = number_of(wave.tiles, launched);
   const PathStages& stages = wave.scene->stages;
@@ -117,7 +120,7 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
                           wave.media[slot],
                           wave.surfaces != nullptr ? wave.surfaces + slot : nullptr,
                           wave.map_sample};
-  WaveSink<kBeside> sink{wave};
+  WaveSink<kBeside, kReuse> sink{wave};
   if (!hit.is_hit()) {
     const EnvironmentView::Location at = world.lights.locate_in_environment(ray.direction);
     if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
@@ -158,6 +161,16 @@ inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) {
   shade_path<Beside::light_paths>(wave, number);
 }
 inline void shade_beside_photons(const PathWave& wave, uint32_t number) { shade_path<Beside::photons>(wave, number); }
+// The same where paths are shared between pixels.
+inline void shade_reused(const PathWave& wave, uint32_t number) { shade_path<Beside::nothing, true>(wave, number); }
+
+// Adds the light of an unblocked shadow ray.
+inline void add_light(const PathWave& wave, const ShadowRecord& record) {
+  if (record.light_class == kReusedLight)
+    wave.reuse.paths[record.slot].light = record.contribution;
+  else
+    PathStages::add_light(record, wave.states[record.slot]);
+}
 
 // Adds the light of a shadow ray to its path if nothing is in between.
 inline void trace_one_shadow(const PathWave& wave, uint32_t number) {
@@ -180,7 +193,7 @@ inline void trace_one_shadow(const PathWave& wave, uint32_t number) {
       if (wall == PathStages::ThinWall::last) break;
     }
   }
-  PathStages::add_light(record, wave.states[record.slot]);
+  add_light(wave, record);
 }
 
 // Traces the shadow rays of a path, if the first one has this number.
@@ -197,7 +210,7 @@ inline void trace_shadow_opaque(const PathWave& wave, uint32_t number) {
     ++wave.rays[record.slot].shadows;
     if (accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number + i], accel::kd::compact::AcceptAll{}))
       continue;
-    PathStages::add_light(record, wave.states[record.slot]);
+    add_light(wave, record);
   }
 }
 

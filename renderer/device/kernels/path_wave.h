@@ -8,6 +8,7 @@
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/path_state.h"
 #include "renderer/integrator/stages/photon_view.h"
+#include "renderer/integrator/stages/reuse_paths.h"
 
 #include <cstdint>
 
@@ -58,6 +59,8 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
+  ReuseView reuse;         // null paths: none are shared between pixels
+  WaveQueue reuse_links;   // numbers of the links whose rays are traced, as ReuseView::links counts them
   PhotonMapView photons;   // of all samples of the wave
   uint32_t map_sample = 0; // PathInFlight::map_sample
   // Light paths follow those of the camera, in rounds, and take over their rays, hits and queues.

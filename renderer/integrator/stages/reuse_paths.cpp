@@ -8,10 +8,6 @@
 namespace kindling {
 namespace {
 
-// Lobes narrower than this are not shared at second surfaces: the direction of a tail that is drawn
-// from one is not likely by the lobe that another first surface sees.
-constexpr float kMinSharedAlpha = 0.1f;
-
 ReusedSurface record_of(const SurfacePoint& surface) {
   return {surface.position, offset_ray_origin(surface, surface.geometric_normal), surface.geometric_normal,
           surface.shading_normal, surface.bsdf};
@@ -83,8 +79,7 @@ void ReuseView::start_sharing(uint32_t slot, PathState& state) const {
   state.light[kIndirect] = Rgb(0.0f);
 }
 
-uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group,
-                               const CameraSample& sample, std::array<accel::Ray, kMaxPathReuse>& rays) const {
+uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group) const {
   for (uint32_t place = 0; place < count; ++place) link(slot, place) = {};
   const ReusedPath& receiver = paths[slot];
   if (!receiver.receives) return 0;
@@ -108,20 +103,25 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
     if (!(way.solid_angle_per_area > 0.0f) || !(way.direction.dot(receiver.first.geometric_normal) > 0.0f)) continue;
     const BsdfEval eval = bsdf.eval(way.direction);
     if (is_black(eval.value) || !(eval.pdf > 0.0f)) continue;
-    const V3f to_second = second.origin - receiver.first.origin;
-    const float distance = to_second.length();
-    if (!(distance > 0.0f)) continue;
+    if (!((second.origin - receiver.first.origin).length2() > 0.0f)) continue;
     link(slot, place) = {eval.value * way.solid_angle_per_area, eval.pdf * way.solid_angle_per_area};
-    rays[place] = {.origin = receiver.first.origin,
-                   .t_min = 0.0f,
-                   .direction = to_second / distance,
-                   .t_max = distance,
-                   .key = hash_combine(ray_key(sample, kReuseDimension), place),
-                   .index = sample.address.index,
-                   .flags = kHitPartlyTransparent};
     traced |= 1U << place;
   }
   return traced;
+}
+
+accel::Ray ReuseView::link_ray(uint32_t slot, const ReuseGroup& group, uint32_t place,
+                               const CameraSample& sample) const {
+  const V3f& origin = paths[slot].first.origin;
+  const V3f to_second = paths[group[place]].second.origin - origin;
+  const float distance = to_second.length();
+  return {.origin = origin,
+          .t_min = 0.0f,
+          .direction = to_second / distance,
+          .t_max = distance,
+          .key = hash_combine(ray_key(sample, kReuseDimension), place),
+          .index = sample.address.index,
+          .flags = kHitPartlyTransparent};
 }
 
 void ReuseView::share_light(uint32_t slot, const ReuseGroup& group) const {

@@ -18,21 +18,28 @@
 
 namespace kindling {
 
-// Maximum of IntegratorSettings::path_reuse, the number of paths in a group.
-inline constexpr uint32_t kMaxPathReuse = 8;
+// Pixels on a side of a whole block: kBlockSize.
+inline constexpr uint32_t kReuseSide = 8;
+
+// The groups of a block's pixels in consecutive samples: differences, by exclusive or, to the
+// pixels with the places 1, 2 and 4; all others are sums of them. x in the lower three bits, y in
+// the upper ones.
+inline constexpr uint32_t kReusePatterns = 8;
+inline constexpr uint8_t kReuseDifferences[kReusePatterns][3] = {{4, 32, 18}, {2, 16, 36}, {5, 40, 18}, {6, 24, 33},
+                                                                 {3, 48, 20}, {7, 56, 18}, {1, 8, 36},  {12, 34, 17}};
 
 // Returns the pixel of a whole block of 8 x 8, numbered row by row, that has this place in the
 // group of `pixel` in this sample: itself for 0. The same place leads back. Samples have different
-// groups, so that the noise of a pixel is shared with many others a little, not with few a lot.
+// groups, so that a pixel shares its noise with many others a little, not with few a lot.
 [[nodiscard]] inline uint32_t reuse_partner(uint32_t pixel, uint32_t sample_index, uint32_t place) {
-  constexpr uint32_t kPatterns = 8, kBits = 3;
-  // Differences in x in the lower three bits, in y in the upper ones; no row is dependent.
-  constexpr uint8_t kDifferences[kPatterns][kBits] = {{4, 32, 18}, {2, 16, 36}, {5, 40, 18}, {6, 24, 33},
-                                                      {3, 48, 20}, {7, 56, 18}, {1, 8, 36},  {12, 34, 17}};
-  for (uint32_t bit = 0; bit < kBits; ++bit)
-    if ((place >> bit & 1) != 0) pixel ^= kDifferences[sample_index % kPatterns][bit];
+  for (uint32_t bit = 0; bit < 3; ++bit)
+    if ((place >> bit & 1) != 0) pixel ^= kReuseDifferences[sample_index % kReusePatterns][bit];
   return pixel;
 }
+
+// Alpha below which lobes are narrow. At second surfaces they are not shared: the direction of a
+// tail that is drawn from one is not likely by the lobe that another first surface sees.
+inline constexpr float kMinSharedAlpha = 0.1f;
 
 // A surface of a path, as others may be joined to it: opaque, without layers.
 struct ReusedSurface {
@@ -62,6 +69,11 @@ struct ReusedPath {
   // second surface are not shared.
   Rgb own_of_light{0.0f}, own_of_tail{0.0f};
 
+  // Forgets the path before.
+  void start() {
+    receives = gives = false;
+    light = tail = own_of_light = own_of_tail = Rgb(0.0f);
+  }
   [[nodiscard]] bool has_light() const { return gives && !(is_black(light) && is_black(tail)); }
   // Steps of PathStages::scatter().
   void note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state);
@@ -99,10 +111,12 @@ struct ReuseView {
 
   // Takes the tail of a path out of its state.
   void start_sharing(uint32_t slot, PathState& state) const;
-  // Sets the links to the first surface of a path. Returns in `rays` those that must meet nothing:
-  // of the places whose bit is set in the result. Links that are blocked are cleared by the caller.
-  [[nodiscard]] uint32_t link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group,
-                                    const CameraSample& sample, std::array<accel::Ray, kMaxPathReuse>& rays) const;
+  // Sets the links to the first surface of a path. Returns the places of those whose link_ray()
+  // must meet nothing, as bits; blocked links are cleared by the caller.
+  [[nodiscard]] uint32_t link_paths(const PathStages& stages, uint32_t slot, const ReuseGroup& group) const;
+  // Returns the ray of a link; `sample` is that of the path in `slot`.
+  [[nodiscard]] accel::Ray link_ray(uint32_t slot, const ReuseGroup& group, uint32_t place,
+                                    const CameraSample& sample) const;
   void share_light(uint32_t slot, const ReuseGroup& group) const;
   void receive(uint32_t slot, const ReuseGroup& group, PathState& state) const;
 };

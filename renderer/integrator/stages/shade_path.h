@@ -109,8 +109,9 @@ template <typename Lights, typename Sink>
 }
 
 // Returns the record of a path that is shared, at its first surface and at the second one, if
-// others can be joined to it there; else null. What is behind a
-// partly transparent surface or a thin wall is not.
+// others can be joined to it there; else null. First surfaces that are mostly mirrors find nothing
+// that others do, and are left out. What is behind a partly transparent surface or a thin wall is
+// not shared.
 template <typename Sink>
 inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path, const Vertex& vertex, bool reflects) {
   if constexpr (Sink::kReuses) {
@@ -118,7 +119,8 @@ inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path,
     if (!reflects || state.bounce > 1 || state.in_medium || vertex.layers || vertex.surface.alpha < 1.0f)
       return nullptr;
     ReusedPath* const reused = sink.reused(path);
-    if (!reused || state.bounce == 0) return reused;
+    if (!reused) return nullptr;
+    if (state.bounce == 0) return vertex.bsdf.bsdf().smooth_share(kMinSharedAlpha) < 0.5f ? reused : nullptr;
     return reused->receives && state.transparent_surfaces == 0 ? reused : nullptr;
   } else {
     return nullptr;
@@ -179,8 +181,9 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   if (scattered->pdf > 0.0f) sink.reflect(vertex, *scattered, path);
   if (path.surface && scattered->lobe == Lobe::diffuse) path.surface->guide_found = true;
 
+  const bool shared_first = Sink::kReuses && reused && state.bounce == 0;
   if (Sink::kReuses && reused) {
-    if (state.bounce == 0) {
+    if (shared_first) {
       reused->value = scattered->weight * scattered->pdf;
       reused->pdf = scattered->pdf;
     } else { // the light of the tail alone counts from here on, but roulette as if all did
@@ -193,8 +196,9 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
 
   // Russian roulette by the square root of the throughput spares paths that may still meet a bright
   // light. Narrow bounces do not count: what glass and mirrors show is to have as many as it has
-  // when it is seen directly.
-  if (state.roulette_bounces() >= settings.roulette_start_bounce) {
+  // when it is seen directly. At a first surface that is shared it would change the density of what
+  // the path finds.
+  if (state.roulette_bounces() >= settings.roulette_start_bounce && !shared_first) {
     const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
     if (vertex.sampled.draws.roulette >= survival) return;
     state.throughput /= survival;

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/prepare/prepare_paths.h"
 
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
+#include "renderer/integrator/pilots/path_reuse_pilot.h"
+#include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/choose_light_paths.h"
 #include "renderer/session/prepare/train_guide.h"
 
@@ -10,22 +13,38 @@
 namespace kindling {
 namespace {
 
+// Half of the paths of a pilot for each of these choices.
+SamplePilotSettings pilot_of(const RenderSettings& settings, const Guide* guide) {
+  return {.integrator = settings.integrator,
+          .filter = settings.filter,
+          .guide = guide,
+          .seed = settings.seed,
+          .paths = pilot_paths(settings) / 2};
+}
+
 // Chooses light samples for the whole image, as a guide is trained for it: crop, samples, threads
 // and device do not change them.
-DirectSampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
-                                          const Guide* guide, const std::function<bool()>& stopped) {
-  DirectSampleChoice choice{.samples = settings.integrator.direct_samples};
+SampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
+                                    const Guide* guide, const std::function<bool()>& stopped) {
+  SampleChoice choice{.count = settings.integrator.direct_samples};
   if (!std::exchange(settings.chooses_direct_samples, false)) return choice;
   if (settings.integrator.kind == IntegratorKind::path && settings.integrator.light_paths == 0.0f &&
       settings.integrator.photons == 0.0f && !world.lights.empty())
-    choice = choose_direct_samples(world, camera,
-                                   {.integrator = settings.integrator,
-                                    .filter = settings.filter,
-                                    .guide = guide,
-                                    .seed = settings.seed,
-                                    .paths = pilot_paths(settings) / 2},
-                                   stopped);
-  settings.integrator.direct_samples = choice.samples;
+    choice = choose_direct_samples(world, camera, pilot_of(settings, guide), stopped);
+  settings.integrator.direct_samples = choice.count;
+  return choice;
+}
+
+// The same for path reuse.
+SampleChoice prepare_path_reuse(const World& world, const Camera& camera, RenderSettings& settings, const Guide* guide,
+                                const std::function<bool()>& stopped) {
+  SampleChoice choice{.count = settings.integrator.path_reuse};
+  if (!std::exchange(settings.chooses_path_reuse, false)) return choice;
+  RenderSettings reusing = settings;
+  reusing.integrator.path_reuse = static_cast<int>(kMaxPathReuse);
+  if (check_path_reuse(reusing, camera).ok() && settings.integrator.max_bounces > 0 && !world.lights.empty())
+    choice = choose_path_reuse(world, camera, pilot_of(settings, guide), stopped);
+  settings.integrator.path_reuse = choice.count;
   return choice;
 }
 
@@ -49,6 +68,7 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
       prepared.trained.busy_s += before.busy_s;
     }
   }
+  prepared.path_reuse = prepare_path_reuse(world, camera, settings, prepared.trained.guide.get(), stopped);
   prepared.direct_samples = prepare_direct_samples(world, camera, settings, prepared.trained.guide.get(), stopped);
   return prepared;
 }

@@ -13,14 +13,16 @@ namespace kindling {
 struct PreparedPaths {
   TrainedGuide trained;
   LightPathChoice light_paths;
-  DirectSampleChoice direct_samples;
+  SampleChoice path_reuse, direct_samples;
 
-  [[nodiscard]] double busy_s() const { return trained.busy_s + light_paths.busy_s + direct_samples.busy_s; }
+  [[nodiscard]] double busy_s() const {
+    return trained.busy_s + light_paths.busy_s + path_reuse.busy_s + direct_samples.busy_s;
+  }
 };
 
 // Trains the guide of a render. If its light paths are left open, chooses them and, if there are
-// some, trains a guide beside them; if its light samples are, chooses them. Stores both in the
-// settings. `stopped`, `on_done` as in train_guide(), `listener` may be null.
+// some, trains a guide beside them; if path reuse and light samples are, chooses those. Stores all
+// of them in the settings. `stopped`, `on_done` as in train_guide(), `listener` may be null.
 [[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
                                           const std::function<bool()>& stopped,
                                           const std::function<void(uint64_t)>& on_done, ProgressListener* listener);

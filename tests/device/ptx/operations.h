@@ -214,6 +214,7 @@ OP u64 mov_u64(u64 a) { return a; }
 OP u64 mov_b64(u64 a) { return a; }
 OP f32 mov_f32(f32 a) { return a; }
 OP f64 mov_f64(f64 a) { return a; }
+OP u32 cvt_u32_u8(u16 a) { return a & 0xffU; }
 OP u32 cvt_u32_u16(u16 a) { return a; }
 OP u64 cvt_u64_u16(u16 a) { return a; }
 OP u64 cvt_u64_u32(u32 a) { return a; }

@@ -1,0 +1,109 @@
+// Renders the blocks of a pilot, and compares their noise.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/pilots/block_noise.h"
+
+#include "renderer/integrator/path_integrator.h"
+#include "renderer/integrator/pilots/pilot_grid.h"
+#include "renderer/integrator/pilots/pilot_tasks.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+#include <vector>
+
+namespace kindling {
+namespace {
+
+constexpr size_t kRuns = 2;          // independent renders of a block
+constexpr double kTrimmed = 0.005;   // share of the pixels that do not count: fireflies
+constexpr double kFloorShare = 0.1;  // of the image's mean luminance: below, the absolute error counts
+constexpr double kCameraCost = 0.75; // of a camera ray and its sample, in rays of bounces and shadows
+
+// Luminance of the pixels of a block, by setting and run.
+using BlockLuminance = std::array<std::array<std::vector<double>, kRuns>, 2>;
+
+double square_of(double x) { return x * x; }
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+// Returns the squared relative errors of all pixels, summed for each setting.
+std::array<double, 2> relative_errors(const std::vector<BlockLuminance>& blocks) {
+  double sum = 0.0;
+  for (const BlockLuminance& block : blocks) sum += mean_of(block[0][0]);
+  const double floor = kFloorShare * sum / static_cast<double>(blocks.size());
+  std::vector<std::array<double, 2>> errors;
+  for (const BlockLuminance& block : blocks) {
+    const double scale2 = square_of(0.5 * (mean_of(block[0][0]) + mean_of(block[0][1]))) + square_of(floor);
+    if (!(scale2 > 0.0)) continue;
+    for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel) {
+      std::array<double, 2>& error = errors.emplace_back();
+      for (size_t i = 0; i < 2; ++i) error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
+    }
+  }
+  std::sort(errors.begin(), errors.end(),
+            [](const auto& a, const auto& b) { return std::pair(a[0] + a[1], a[0]) < std::pair(b[0] + b[1], b[0]); });
+  errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - kTrimmed)));
+  std::array<double, 2> sums{};
+  for (const auto& error : errors)
+    for (size_t i = 0; i < 2; ++i) sums[i] += error[i];
+  return sums;
+}
+
+} // namespace
+
+MeasuredNoise measure_noise(const World& world, const Camera& camera, const SamplePilotSettings& settings,
+                            const NoiseBlocks& shape, const std::function<void(IntegratorSettings&, size_t)>& change,
+                            const std::function<bool()>& stopped, SampleChoice& choice) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  MeasuredNoise measured;
+  if (settings.paths < shape.paths_per_block()) return measured;
+  const V2i size_px = camera.size_px();
+  const PilotGrid grid = make_pilot_grid(size_px, settings.paths / shape.paths_per_block(), shape.side);
+  std::vector<BlockLuminance> blocks(grid.blocks.size());
+  measured.complete = true;
+  for (size_t setting = 0; setting < 2 && measured.complete; ++setting)
+    for (size_t run = 0; run < kRuns && measured.complete; ++run) {
+      IntegratorSettings one = settings.integrator;
+      one.light_paths = 0.0f;
+      one.photons = 0.0f;
+      one.light_groups = LightGrouping::off;
+      change(one, setting);
+      const Sampler sampler(hash_combine(hash_u32(settings.seed ^ 0xa54ff53aU), static_cast<uint32_t>(run)));
+      const PathIntegrator integrator(one, world, camera, sampler, settings.filter, AovSet{}, settings.guide);
+      const PilotWork work =
+          run_pilot_tasks(integrator, world, stopped, grid.blocks.size(), [&](size_t number, PathContext& context) {
+            const PixelRect& block = grid.blocks[number];
+            Film film(size_px, block, AovSet{});
+            if (integrator.render_block(block, {0, shape.samples}, context, film) < shape.samples) return;
+            std::vector<float> rgb;
+            // Else this thread would take another task meanwhile.
+            tbb::this_task_arena::isolate([&] { rgb = film.resolve(Aov::beauty); });
+            std::vector<double>& luminances = blocks[number][setting][run];
+            for (size_t i = 0; i < rgb.size(); i += 3)
+              luminances.push_back(static_cast<double>(luminance({rgb[i], rgb[i + 1], rgb[i + 2]})));
+          });
+      measured.complete = work.complete;
+      choice.rays.add(work.rays);
+      choice.busy_s += work.busy_s;
+      measured.shadow_rays[setting] += static_cast<double>(work.rays.shadow);
+      if (setting == 0)
+        measured.other_cost +=
+            kCameraCost * static_cast<double>(work.rays.camera) + static_cast<double>(work.rays.bounce);
+    }
+  if (measured.complete) {
+    for (const PixelRect& block : grid.blocks)
+      choice.paths += static_cast<uint64_t>(block.pixel_count()) * 2 * kRuns * shape.samples;
+    measured.error = relative_errors(blocks);
+  }
+  choice.pilot_s = std::chrono::duration<double>(Clock::now() - start).count();
+  return measured;
+}
+
+} // namespace kindling

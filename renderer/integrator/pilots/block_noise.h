@@ -1,0 +1,64 @@
+// Noise and rays of several settings of the path tracer, measured on blocks all over an image.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/camera/camera.h"
+#include "renderer/integrator/integrator.h"
+#include "renderer/sampling/pixel_filter.h"
+#include "renderer/world/world.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+namespace kindling {
+
+struct Guide;
+
+// The render that a pilot of samples is for.
+struct SamplePilotSettings {
+  IntegratorSettings integrator; // of the path tracer, without light paths
+  PixelFilter filter;
+  const Guide* guide = nullptr; // of the render; null: none
+  uint32_t seed = 0;            // of the render; the pilot's paths are independent of its samples
+  uint64_t paths = 0;           // about so many; 0: no pilot
+};
+
+// The choice of such a pilot, and its cost.
+struct SampleChoice {
+  int count = 1;          // chosen: 1, or what divides error times cost most
+  double predicted = 1.0; // error times cost, relative to 1
+  uint64_t paths = 0;     // of the pilot; 0: there was none
+  RayCounters rays;       // of the pilot
+  double pilot_s = 0.0;   // wall seconds
+  double busy_s = 0.0;    // summed over the threads
+};
+
+// The blocks that a pilot renders, each with both settings and twice with either.
+struct NoiseBlocks {
+  int side = 0; // in pixels, at most kBlockSize
+  uint32_t samples = 0;
+
+  [[nodiscard]] uint64_t paths_per_block() const { return uint64_t{4} * samples * static_cast<uint64_t>(side * side); }
+};
+
+// Noise and cost of two settings.
+struct MeasuredNoise {
+  bool complete = false;       // neither stopped nor too few paths for a block
+  std::array<double, 2> error{}; // squared relative errors, summed over the same pixels
+  std::array<double, 2> shadow_rays{};
+  double other_cost = 0.0; // of the first setting: camera rays, samples and bounces, in rays
+};
+
+// Renders blocks with settings.integrator as `change(_, 0)` and as `change(_, 1)` leave it, which
+// differ in nothing that changes the paths themselves. Both have the same paths, so their
+// difference in noise is that of the change. Adds its cost to `choice`.
+//
+// A function of world, camera and settings: threads do not change it. Runs on the threads of the
+// current TBB arena. `stopped` is polled between blocks and may be empty.
+[[nodiscard]] MeasuredNoise measure_noise(const World& world, const Camera& camera, const SamplePilotSettings& settings,
+                                          const NoiseBlocks& blocks,
+                                          const std::function<void(IntegratorSettings&, size_t)>& change,
+                                          const std::function<bool()>& stopped, SampleChoice& choice);
+
+} // namespace kindling
