@@ -38,12 +38,13 @@ std::string_view path_step_name(PathStep step) {
 
 std::vector<PathWay> find_path_ways(const Camera& camera, const PathTrace& trace, const Box3f& bounds) {
   const float far_m = bounds.isEmpty() ? 1.0f : 2.0f * bounds.size().length();
-  std::vector<PathWay> ways;
+  std::vector<PathWay> ways(trace.size());
   V3f last(0.0f);
   for (size_t i = 0; i < trace.size(); ++i) {
     const PathVertex& vertex = trace[i];
+    if (vertex.event == kJoinedEvent) continue;
     const V3f position = vertex.event == "escaped" ? last + vertex.direction * far_m : vertex.position;
-    PathWay& way = ways.emplace_back();
+    PathWay& way = ways[i];
     if (i > 0) way = {step_between(trace[i - 1], vertex), seen_way(camera, last, position)};
     last = position;
   }

@@ -27,7 +27,8 @@ struct PathWay {
   std::optional<std::array<V2f, 2>> seen;
 };
 
-// Returns a way for each vertex. A vertex that has escaped is far outside of the bounds.
+// Returns a way for each vertex. A vertex that has escaped is far outside of the bounds; there is
+// no way to kJoinedEvent.
 [[nodiscard]] std::vector<PathWay> find_path_ways(const Camera& camera, const PathTrace& trace, const Box3f& bounds);
 
 } // namespace kindling

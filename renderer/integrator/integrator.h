@@ -60,6 +60,9 @@ struct PathVertex {
   std::array<int, 3> bounces{}; // of a path so far: diffuse, glossy, and transmissions
 };
 using PathTrace = std::vector<PathVertex>;
+// PathVertex::event of the end of a path that is shared between pixels, which is at no place: its
+// radiance includes what the paths of the others have brought.
+inline constexpr std::string_view kJoinedEvent = "joined to paths of other pixels";
 
 // All mutable state of one thread. Integrator::make_context() makes one per thread.
 class ThreadContext {

@@ -30,15 +30,17 @@ void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, 
   uint32_t first = 0;
   for (const PixelRect& block : blocks) {
     const auto width = static_cast<uint32_t>(block.width()), height = static_cast<uint32_t>(block.height());
-    for (uint32_t sample = samples.first; sample < samples.end; ++sample, first += width * height)
+    for (uint32_t sample = samples.first; sample < samples.end; ++sample, first += width * height) {
+      const uint32_t pattern = reuse_pattern(block.min, sample);
       for (uint32_t slot = 0; slot < width * height; ++slot) {
         const uint32_t pixel = slot / width * kReuseSide + slot % width;
         for (uint32_t place = 0; place < group_size; ++place) {
-          const uint32_t partner = reuse_partner(pixel, sample, place);
+          const uint32_t partner = reuse_partner(pixel, pattern, place);
           const uint32_t x = partner % kReuseSide, y = partner / kReuseSide;
           groups[first + slot][place] = x < width && y < height ? first + y * width + x : kNoPath;
         }
       }
+    }
   }
 }
 
@@ -69,7 +71,7 @@ void PathIntegrator::share_paths(std::span<const PixelRect> blocks, const Sample
   if (context.split_light) split_shared(path_count, context);
   trace_event(context, [&](PathVertex& vertex) {
     const PathState& state = context.states[context.traced_slot];
-    vertex.event = "joined to paths of other pixels";
+    vertex.event = kJoinedEvent;
     vertex.bounce = state.bounce;
     vertex.throughput = state.throughput;
     vertex.radiance = state.light[0] + state.light[1] + state.light[2];

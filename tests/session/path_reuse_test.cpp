@@ -35,19 +35,19 @@ RenderSettings reusing(const V2i& size, uint32_t samples, int paths) {
 
 // Each pixel is in one group, and all members of a group agree on it.
 TEST(PathReuse, GroupsDivideABlock) {
-  for (uint32_t sample = 0; sample < 20; ++sample)
+  for (uint32_t pattern = 0; pattern < kReusePatterns; ++pattern)
     for (uint32_t pixel = 0; pixel < 64; ++pixel) {
       std::set<uint32_t> group;
       for (uint32_t place = 0; place < kMaxPathReuse; ++place) {
-        const uint32_t partner = reuse_partner(pixel, sample, place);
+        const uint32_t partner = reuse_partner(pixel, pattern, place);
         EXPECT_LT(partner, 64U);
-        EXPECT_EQ(reuse_partner(partner, sample, place), pixel);
+        EXPECT_EQ(reuse_partner(partner, pattern, place), pixel);
         group.insert(partner);
       }
       EXPECT_EQ(group.size(), kMaxPathReuse);
       for (const uint32_t member : group)
         for (uint32_t place = 0; place < kMaxPathReuse; ++place)
-          EXPECT_TRUE(group.contains(reuse_partner(member, sample, place)));
+          EXPECT_TRUE(group.contains(reuse_partner(member, pattern, place)));
     }
 }
 
@@ -106,7 +106,7 @@ TEST(PathReuse, SamplesAreReplayed) {
                 sample.value().radiance[channel]);
     ASSERT_FALSE(sample.value().trace.empty());
     EXPECT_EQ(sample.value().trace.front().event, "camera");
-    EXPECT_EQ(sample.value().trace.back().event, "joined to paths of other pixels");
+    EXPECT_EQ(sample.value().trace.back().event, kJoinedEvent);
   }
 }
 

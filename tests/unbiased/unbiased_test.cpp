@@ -127,7 +127,9 @@ TEST_P(OnADevice, HasTheBitsOfTheCpu) {
 }
 
 // Adaptive sampling is biased towards darkness (renderer/session/README.md), by a bounded amount.
-TEST(Adaptive, BiasIsBounded) {
+class AdaptiveBias : public testing::TestWithParam<int> {};
+
+TEST_P(AdaptiveBias, IsBounded) {
   constexpr double kBound = 0.01;
   const TestScene scene = cornell_box();
   const auto world = make_world(scene.whole.scene, accel::Kind::embree);
@@ -135,7 +137,8 @@ TEST(Adaptive, BiasIsBounded) {
   for (uint32_t i = 0; i < 24; ++i) {
     const bool adaptive = i % 2 == 1;
     RenderSettings settings = base_settings(scene.size_px, scene.max_bounces, adaptive ? 256 : 32);
-    if (adaptive) settings.adaptive = {0.1, 32};
+    settings.integrator.path_reuse = GetParam();
+    if (adaptive) settings.adaptive = {GetParam() > 1 ? 0.05 : 0.1, 32};
     settings.seed = i;
     const Result<RenderOutcome> outcome = render(*world, scene.make_camera(), settings, nullptr, nullptr);
     ASSERT_TRUE(outcome.ok());
@@ -149,6 +152,7 @@ TEST(Adaptive, BiasIsBounded) {
   EXPECT_GT(verdict.relative, -kBound - 4.0 * verdict.error); // false alarms: 1 in 30,000 for each side
   EXPECT_LT(4.0 * verdict.error, kBound);                     // power of the test
 }
+INSTANTIATE_TEST_SUITE_P(PathReuse, AdaptiveBias, testing::Values(1, 8));
 
 const auto kScenes = testing::ValuesIn(all_scenes().begin(), all_scenes().end());
 std::string name_of(const testing::TestParamInfo<NamedScene>& scene) { return scene.param.name; }

@@ -15,10 +15,10 @@ namespace kindling::kernels {
   const WaveBlock& block = wave.blocks[block_of<&WaveBlock::first_sample>(wave, slot)];
   const uint32_t pixel = pixel_with(wave, block, slot);
   const uint32_t sample = slot - block.first_sample - pixel * block.samples;
+  const uint32_t pattern = reuse_pattern(block.corner, block.first_index + sample);
   ReuseGroup group;
   for (uint32_t place = 0; place < wave.reuse.count; ++place) {
-    const uint32_t partner =
-        reuse_partner(pixel / block.width * kReuseSide + pixel % block.width, block.first_index + sample, place);
+    const uint32_t partner = reuse_partner(pixel / block.width * kReuseSide + pixel % block.width, pattern, place);
     const uint32_t x = partner % kReuseSide, y = partner / kReuseSide;
     group[place] = x < block.width && y < block.height
                        ? block.first_sample + (y * block.width + x) * block.samples + sample

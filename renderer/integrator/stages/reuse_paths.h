@@ -9,6 +9,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/hash.h"
 #include "renderer/base/math.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -21,19 +22,26 @@ namespace kindling {
 // Pixels on a side of a whole block: kBlockSize.
 inline constexpr uint32_t kReuseSide = 8;
 
-// The groups of a block's pixels in consecutive samples: differences, by exclusive or, to the
-// pixels with the places 1, 2 and 4; all others are sums of them. x in the lower three bits, y in
-// the upper ones.
+// Ways to divide the pixels of a block into groups: differences, by exclusive or, to the pixels with
+// the places 1, 2 and 4; all others are sums of them. x in the lower three bits, y in the upper
+// ones.
 inline constexpr uint32_t kReusePatterns = 8;
 inline constexpr uint8_t kReuseDifferences[kReusePatterns][3] = {{4, 32, 18}, {2, 16, 36}, {5, 40, 18}, {6, 24, 33},
                                                                  {3, 48, 20}, {7, 56, 18}, {1, 8, 36},  {12, 34, 17}};
 
+// Returns the pattern of a sample in the block with this upper left pixel. It differs between
+// neighboring blocks, so that no grid shows, and changes every 16 samples: of as many, each pixel
+// of a group has a stratified set, and so has what it gives to the others.
+[[nodiscard]] inline uint32_t reuse_pattern(const V2i& corner, uint32_t sample_index) {
+  const uint32_t block = hash_combine(static_cast<uint32_t>(corner.x), static_cast<uint32_t>(corner.y));
+  return (block + sample_index / 16) % kReusePatterns;
+}
+
 // Returns the pixel of a whole block of 8 x 8, numbered row by row, that has this place in the
-// group of `pixel` in this sample: itself for 0. The same place leads back. Samples have different
-// groups, so that a pixel shares its noise with many others a little, not with few a lot.
-[[nodiscard]] inline uint32_t reuse_partner(uint32_t pixel, uint32_t sample_index, uint32_t place) {
+// group of `pixel`: itself for 0. The same place leads back.
+[[nodiscard]] inline uint32_t reuse_partner(uint32_t pixel, uint32_t pattern, uint32_t place) {
   for (uint32_t bit = 0; bit < 3; ++bit)
-    if ((place >> bit & 1) != 0) pixel ^= kReuseDifferences[sample_index % kReusePatterns][bit];
+    if ((place >> bit & 1) != 0) pixel ^= kReuseDifferences[pattern][bit];
   return pixel;
 }
 

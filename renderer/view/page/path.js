@@ -75,7 +75,7 @@ export class PathView {
     const ways = vertices.filter((vertex) => vertex.way && vertex.step !== "camera");
     // A dark line below each makes it visible on any image.
     $("path").replaceChildren(...ways.map(({ way }) => line(...way, "below")), ...ways.map(({ way, step }) => line(...way, step)));
-    const escaped = vertices.length > 0 && vertices.at(-1).event === "escaped";
+    const escaped = vertices.some((vertex) => vertex.event === "escaped");
     $("path-events").replaceChildren(...vertices.map((vertex, i) => {
       const item = document.createElement("li");
       const step = document.createElement("span");
