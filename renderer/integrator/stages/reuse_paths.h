@@ -22,9 +22,9 @@ namespace kindling {
 // Pixels on a side of a whole block: kBlockSize.
 inline constexpr uint32_t kReuseSide = 8;
 
-// Ways to divide the pixels of a block into groups: differences, by exclusive or, to the pixels with
-// the places 1, 2 and 4; all others are sums of them. x in the lower three bits, y in the upper
-// ones.
+// Ways to divide the pixels of a block into groups: differences, by exclusive or, to the pixels
+// with the places 1, 2 and 4; all others are sums of them. x in the lower three bits, y in the
+// upper ones.
 inline constexpr uint32_t kReusePatterns = 8;
 inline constexpr uint8_t kReuseDifferences[kReusePatterns][3] = {{4, 32, 18}, {2, 16, 36}, {5, 40, 18}, {6, 24, 33},
                                                                  {3, 48, 20}, {7, 56, 18}, {1, 8, 36},  {12, 34, 17}};
