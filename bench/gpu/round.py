@@ -236,7 +236,7 @@ def images(the_round):
 
 
 def bits(the_round):
-    """Images whose pixels differ from those of the CPU, with all layers, in three sizes."""
+    """Images whose pixels differ from those of the CPU, with all layers, in three sizes; in the second one paths are shared between pixels."""
     jobs = measured_jobs() + [renderers.Job(str(scene.relative_to(ROOT / "scenes")), scene, (320, 180), 8)
                               for scene in same_images.scenes_in(ROOT / "scenes")]
     compared, different = 0, []
@@ -244,7 +244,8 @@ def bits(the_round):
         for size in SIZES:
             if the_round.is_over():
                 return {"compared": compared, "different": different, "ended early before": job.name}
-            flags = ("--aov", AOVS)
+            shared = ("--path-reuse", "8", "--shutter", "0,0") if size == SIZES[1] else ()
+            flags = ("--aov", AOVS, *shared)
             pixels = [same_images.pixels_of(the_round.render(job, device, *flags, device=device, spp=4, size=size)[0])
                       for device in ("cpu", the_round.options.device)]
             compared += 1
