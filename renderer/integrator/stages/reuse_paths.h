@@ -1,11 +1,10 @@
 // Reuse of paths: what one finds after its second surface lights the first surfaces of others, too.
 //
 // The paths of one sample of several pixels form a group (Bekaert, Sbert and Halton 2002,
-// "Accelerating Path Tracing by Re-Using Paths"). The second surface of each is a point
-// that any of them could have found; it is joined to the first surfaces of all that see it, and
-// each such link is weighted by the balance heuristic (Veach 1997, section 9.2.2) over the
-// densities with which the first surfaces find it. So each pixel gets the mean of several paths for
-// one more ray each.
+// "Accelerating Path Tracing by Re-Using Paths"). The second surface of each is a point that any of
+// them could have found; it is joined to the first surfaces of all that see it, and each such link
+// is weighted by the balance heuristic (Veach 1997, section 9.2.2) over the densities with which
+// the first surfaces find it. So each pixel gets the mean of several paths for one more ray each.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
