@@ -11,11 +11,9 @@
 namespace kindling::test {
 namespace {
 
-RenderSettings long_render_to_choose(uint32_t samples = 5) {
-  RenderSettings settings = long_render(samples);
-  settings.chooses_direct_samples = true;
-  return settings;
-}
+constexpr ChosenNumber kNumberOfLights{&RenderSettings::chooses_direct_samples, &RenderStatistics::direct_samples,
+                                       &RenderWork::direct_samples};
+RenderSettings long_render_to_choose() { return long_render_to_choose(kNumberOfLights, 5); }
 
 // Dark things under a large lamp: almost all noise is in the penumbras.
 std::unique_ptr<const World> penumbra_world() {
@@ -82,45 +80,15 @@ TEST(DirectSamples, ShortRendersAndOtherTracersHaveNoPilot) {
 }
 
 TEST(DirectSamples, AreTheSameForThreadsPartsCropsAndDevices) {
-  const auto world = penumbra_world();
-  const SampleChoice expected = render_open(*world, long_render_to_choose()).statistics.direct_samples;
-  ASSERT_GT(expected.count, 1);
-  const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
-    RenderSettings settings = long_render_to_choose();
-    change(settings);
-    const SampleChoice choice = render_open(*world, settings).statistics.direct_samples;
-    EXPECT_EQ(choice.count, expected.count) << what;
-    EXPECT_EQ(choice.predicted, expected.predicted) << what;
-    EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
-  };
-  expect_same_choice("threads", [](RenderSettings& s) { s.threads = 3, s.tile_size_px = 8; });
-  expect_same_choice("a part", [](RenderSettings& s) {
-    s.region = PixelRect{V2i(8, 8), V2i(24, 16)};
-    s.samples = SampleRange{2, 3};
-  });
-  expect_same_choice("a crop", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(9, 11)}; });
-  expect_same_choice("a device", [](RenderSettings& s) { s.device = DeviceKind::host; });
+  expect_same_choice_everywhere(*penumbra_world(), kNumberOfLights);
 }
 
-TEST(DirectSamples, ResumedRendersKeepTheChoice) {
-  const auto world = penumbra_world();
-  const Film whole = render_open(*world, long_render_to_choose(9)).film;
-  std::optional<RenderState> saved;
-  (void)render_open(*world, long_render_to_choose(4), {.save = [&](const RenderState& state) { saved = state; }});
-  ASSERT_TRUE(saved);
-  ASSERT_GT(saved->work.direct_samples.value_or(1), 1);
-  RenderSettings longer = long_render_to_choose(9);
-  longer.time_limit_s = 1000.0; // another pilot would choose
-  const RenderOutcome outcome = render_open(*world, longer, {.resume_from = saved});
-  EXPECT_EQ(outcome.statistics.direct_samples.paths, 0U);
-  EXPECT_EQ(outcome.statistics.direct_samples.count, *saved->work.direct_samples);
-  expect_same_bits(outcome.film, whole, "a resumed render");
-}
+TEST(DirectSamples, ResumedRendersKeepTheChoice) { expect_stored_choice(*penumbra_world(), kNumberOfLights); }
 
 TEST(DirectSamples, AreReplayed) {
   const auto world = penumbra_world();
   const Camera camera = glass_camera(kPilotSize);
-  RenderSettings settings = long_render_to_choose(1);
+  RenderSettings settings = long_render_to_choose(kNumberOfLights, 1);
   const Result<ReplayedSample> sample = replay_sample(*world, camera, settings, V2i(20, 16), 0);
   ASSERT_TRUE(sample.ok());
   const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);

@@ -110,11 +110,9 @@ TEST(PathReuse, SamplesAreReplayed) {
   }
 }
 
-RenderSettings long_reuse_to_choose(uint32_t samples = 5) {
-  RenderSettings settings = long_render(samples);
-  settings.chooses_path_reuse = true;
-  return settings;
-}
+constexpr ChosenNumber kNumberOfPixels{&RenderSettings::chooses_path_reuse, &RenderStatistics::path_reuse,
+                                       &RenderWork::path_reuse};
+RenderSettings long_reuse_to_choose() { return long_render_to_choose(kNumberOfPixels, 5); }
 
 TEST(PathReuse, IsChosenForIndirectLight) {
   const auto world = indirect_world();
@@ -164,40 +162,10 @@ TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {
 }
 
 TEST(PathReuse, IsTheSameForThreadsPartsCropsAndDevices) {
-  const auto world = indirect_world();
-  const SampleChoice expected = render_open(*world, long_reuse_to_choose()).statistics.path_reuse;
-  ASSERT_GT(expected.count, 1);
-  const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
-    RenderSettings settings = long_reuse_to_choose();
-    change(settings);
-    const SampleChoice choice = render_open(*world, settings).statistics.path_reuse;
-    EXPECT_EQ(choice.count, expected.count) << what;
-    EXPECT_EQ(choice.predicted, expected.predicted) << what;
-    EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
-  };
-  expect_same_choice("threads", [](RenderSettings& s) { s.threads = 3, s.tile_size_px = 8; });
-  expect_same_choice("a part", [](RenderSettings& s) {
-    s.region = PixelRect{V2i(8, 8), V2i(24, 16)};
-    s.samples = SampleRange{2, 3};
-  });
-  expect_same_choice("a crop", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(9, 11)}; });
-  expect_same_choice("a device", [](RenderSettings& s) { s.device = DeviceKind::host; });
+  expect_same_choice_everywhere(*indirect_world(), kNumberOfPixels);
 }
 
-TEST(PathReuse, ResumedRendersKeepTheChoice) {
-  const auto world = indirect_world();
-  const Film whole = render_open(*world, long_reuse_to_choose(9)).film;
-  std::optional<RenderState> saved;
-  (void)render_open(*world, long_reuse_to_choose(4), {.save = [&](const RenderState& state) { saved = state; }});
-  ASSERT_TRUE(saved);
-  ASSERT_GT(saved->work.path_reuse.value_or(1), 1);
-  RenderSettings longer = long_reuse_to_choose(9);
-  longer.time_limit_s = 1000.0; // another pilot would choose
-  const RenderOutcome outcome = render_open(*world, longer, {.resume_from = saved});
-  EXPECT_EQ(outcome.statistics.path_reuse.paths, 0U);
-  EXPECT_EQ(outcome.statistics.path_reuse.count, *saved->work.path_reuse);
-  expect_same_bits(outcome.film, whole, "a resumed render");
-}
+TEST(PathReuse, ResumedRendersKeepTheChoice) { expect_stored_choice(*indirect_world(), kNumberOfPixels); }
 
 TEST(PathReuse, IsRefusedByNameWhereItDoesNotWork) {
   const Camera camera = glass_camera(kPilotSize);

@@ -18,6 +18,20 @@ inline RenderSettings long_render(uint32_t samples) {
   return settings;
 }
 
+// A number that a pilot chooses: the setting that leaves it open, its report, and what is stored
+// for later runs.
+struct ChosenNumber {
+  bool RenderSettings::*open;
+  SampleChoice RenderStatistics::*reported;
+  std::optional<int> RenderWork::*stored;
+};
+
+inline RenderSettings long_render_to_choose(const ChosenNumber& number, uint32_t samples) {
+  RenderSettings settings = long_render(samples);
+  settings.*number.open = true;
+  return settings;
+}
+
 inline RenderOutcome render_open(const World& world, const RenderSettings& settings, RenderContinuity continuity = {},
                                  const CancelToken* cancel = nullptr) {
   Result<RenderOutcome> outcome =
@@ -46,6 +60,44 @@ inline double relative_noise(const World& world, RenderSettings settings, double
     relative += (squares[i] / kSeeds - mean * mean) / (mean * mean + floor);
   }
   return relative;
+}
+
+// Expects a choice above 1 that neither threads, parts, crops nor devices change.
+inline void expect_same_choice_everywhere(const World& world, const ChosenNumber& number) {
+  const RenderSettings base = long_render_to_choose(number, 5);
+  const SampleChoice expected = render_open(world, base).statistics.*number.reported;
+  ASSERT_GT(expected.count, 1);
+  const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
+    RenderSettings settings = base;
+    change(settings);
+    const SampleChoice choice = render_open(world, settings).statistics.*number.reported;
+    EXPECT_EQ(choice.count, expected.count) << what;
+    EXPECT_EQ(choice.predicted, expected.predicted) << what;
+    EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
+  };
+  expect_same_choice("threads", [](RenderSettings& s) { s.threads = 3, s.tile_size_px = 8; });
+  expect_same_choice("a part", [](RenderSettings& s) {
+    s.region = PixelRect{V2i(8, 8), V2i(24, 16)};
+    s.samples = SampleRange{2, 3};
+  });
+  expect_same_choice("a crop", [](RenderSettings& s) { s.crop = PixelRect{V2i(5, 3), V2i(9, 11)}; });
+  expect_same_choice("a device", [](RenderSettings& s) { s.device = DeviceKind::host; });
+}
+
+// Expects that a render which is continued has the stored choice, above 1.
+inline void expect_stored_choice(const World& world, const ChosenNumber& number) {
+  const Film whole = render_open(world, long_render_to_choose(number, 9)).film;
+  std::optional<RenderState> saved;
+  (void)render_open(world, long_render_to_choose(number, 4),
+                    {.save = [&](const RenderState& state) { saved = state; }});
+  ASSERT_TRUE(saved);
+  ASSERT_GT((saved->work.*number.stored).value_or(1), 1);
+  RenderSettings longer = long_render_to_choose(number, 9);
+  longer.time_limit_s = 1000.0; // another pilot would choose
+  const RenderOutcome outcome = render_open(world, longer, {.resume_from = saved});
+  EXPECT_EQ((outcome.statistics.*number.reported).paths, 0U);
+  EXPECT_EQ((outcome.statistics.*number.reported).count, *(saved->work.*number.stored));
+  expect_same_bits(outcome.film, whole, "a resumed render");
 }
 
 } // namespace kindling::test

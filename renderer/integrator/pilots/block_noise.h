@@ -7,9 +7,11 @@
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/world/world.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 
 namespace kindling {
 
@@ -44,10 +46,19 @@ struct NoiseBlocks {
 
 // Noise and cost of two settings.
 struct MeasuredNoise {
-  bool complete = false;       // neither stopped nor too few paths for a block
+  bool complete = false;         // neither stopped nor too few paths for a block
   std::array<double, 2> error{}; // squared relative errors, summed over the same pixels
   std::array<double, 2> shadow_rays{};
   double other_cost = 0.0; // of the first setting: camera rays, samples and bounces, in rays
+
+  [[nodiscard]] double cost() const { return other_cost + shadow_rays[0]; } // of the first setting
+  [[nodiscard]] double more_shadow_rays() const { return std::max(shadow_rays[1] - shadow_rays[0], 0.0); }
+};
+
+// The cost of more than one, relative to that of one.
+struct CountCost {
+  double fixed = 0.0; // of any number above one
+  double of_one_more = 0.0;
 };
 
 // Renders blocks with settings.integrator as `change(_, 0)` and as `change(_, 1)` leave it, which
@@ -60,5 +71,10 @@ struct MeasuredNoise {
                                           const NoiseBlocks& blocks,
                                           const std::function<void(IntegratorSettings&, size_t)>& change,
                                           const std::function<bool()>& stopped, SampleChoice& choice);
+
+// Sets the best of these numbers, the last of which is the second setting, if it divides error
+// times cost by `min_gain` at least. With n of them the error is a + b / n.
+void choose_count(const MeasuredNoise& measured, std::span<const int> counts, const CountCost& cost, double min_gain,
+                  SampleChoice& choice);
 
 } // namespace kindling

@@ -4,7 +4,7 @@
 
 #include "renderer/film/film.h"
 
-#include <algorithm>
+#include <array>
 
 namespace kindling {
 namespace {
@@ -25,20 +25,9 @@ SampleChoice choose_direct_samples(const World& world, const Camera& camera, con
     integrator.direct_samples = setting == 0 ? 1 : kMaxChosenDirectSamples;
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, blocks, change, stopped, choice);
-  constexpr double kMax = kMaxChosenDirectSamples;
-  const double all = measured.error[0];
-  if (!measured.complete || !(all > 0.0)) return choice;
-  // all = a + b, error[1] = a + b / kMax
-  const double direct = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kMax), 0.0, all);
-  const double one_more = std::max(measured.shadow_rays[1] - measured.shadow_rays[0], 0.0) / (kMax - 1.0);
-  const double cost = measured.other_cost + measured.shadow_rays[0];
-  for (int samples = 2; samples <= kMaxChosenDirectSamples; ++samples) {
-    const double product =
-        (all - direct + direct / samples) / all * (cost + one_more * static_cast<double>(samples - 1)) / cost;
-    if (product * kMinDirectSampleGain > 1.0 || product >= choice.predicted) continue;
-    choice.predicted = product;
-    choice.count = samples;
-  }
+  constexpr std::array kCounts{2, 3, kMaxChosenDirectSamples};
+  const CountCost cost{.of_one_more = measured.more_shadow_rays() / (kCounts.back() - 1) / measured.cost()};
+  choose_count(measured, kCounts, cost, kMinDirectSampleGain, choice);
   return choice;
 }
 

@@ -4,7 +4,7 @@
 
 #include "renderer/film/film.h"
 
-#include <algorithm>
+#include <array>
 
 namespace kindling {
 namespace {
@@ -20,25 +20,13 @@ constexpr double kRecordCost = 0.07;
 SampleChoice choose_path_reuse(const World& world, const Camera& camera, const SamplePilotSettings& settings,
                                const std::function<bool()>& stopped) {
   SampleChoice choice;
-  constexpr double kMax = kMaxPathReuse;
   const auto change = [](IntegratorSettings& integrator, size_t setting) {
     integrator.path_reuse = setting == 0 ? 1 : static_cast<int>(kMaxPathReuse);
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice);
-  const double all = measured.error[0];
-  if (!measured.complete || !(all > 0.0)) return choice;
-  // all = a + b, error[1] = a + b / kMax
-  const double shared = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kMax), 0.0, all);
-  const double cost = measured.other_cost + measured.shadow_rays[0];
-  const double one_link =
-      kLinkCost * std::max(measured.shadow_rays[1] - measured.shadow_rays[0], 0.0) / (kMax - 1.0) / cost;
-  for (int count = 2; count <= static_cast<int>(kMaxPathReuse); count *= 2) {
-    const double product =
-        (all - shared + shared / count) / all * (1.0 + kRecordCost + one_link * static_cast<double>(count - 1));
-    if (product * kMinPathReuseGain > 1.0 || product >= choice.predicted) continue;
-    choice.predicted = product;
-    choice.count = count;
-  }
+  constexpr std::array kCounts{2, 4, static_cast<int>(kMaxPathReuse)};
+  const CountCost cost{kRecordCost, kLinkCost * measured.more_shadow_rays() / (kCounts.back() - 1) / measured.cost()};
+  choose_count(measured, kCounts, cost, kMinPathReuseGain, choice);
   return choice;
 }
 
