@@ -15,12 +15,15 @@
 namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons)
-    : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)) {
+                                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons,
+                                   std::unique_ptr<const FirstHits> first_hits)
+    : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)),
+      first_hits_(std::move(first_hits)) {
   setup_.direct_samples = static_cast<uint32_t>(settings.direct_samples);
   setup_.path_reuse = static_cast<uint32_t>(settings.path_reuse);
   setup_.image_px = input.camera.size_px();
   setup_.photons = photons_.get();
+  setup_.first_hits = first_hits_.get();
   DevicePlan plan = plan_device_memory(
       device, input, [this](uint32_t paths) { return wave_bytes(paths); },
       photons_ ? photons_->maps().bytes_per_map() : 0);

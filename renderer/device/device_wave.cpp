@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/device/device_wave.h"
 
+#include "renderer/base/standard_arithmetic.h"
 #include "renderer/integrator/camera_stage.h"
+#include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/stages/light_path_stages.h"
+
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -25,8 +29,8 @@ uint64_t samples_at(const PixelRect& block, const SampleRange& levels, const Sam
 
 uint64_t common_wave_bytes(const WaveSetup& setup) {
   const AovSet aovs = setup.aovs;
-  const uint64_t of_sample =
-      sizeof(CameraSample) + (aovs.needs_film_surface() ? sizeof(FilmSurface) : 0) + sizeof(WaveRays<uint32_t>);
+  const uint64_t of_sample = sizeof(CameraSample) + (aovs.needs_film_surface() ? sizeof(FilmSurface) : 0) +
+                             (aovs.needs_first_hit() ? sizeof(WaveFirstHit) : 0) + sizeof(WaveRays<uint32_t>);
   const uint64_t of_pixel =
       sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
       (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) + (aovs.needs_guides() ? sizeof(GuideSum) : 0) +
@@ -37,9 +41,10 @@ uint64_t common_wave_bytes(const WaveSetup& setup) {
 }
 
 DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setup, bool with_surfaces)
-    : device_(device), world_(world), pager_(setup.pager), capacity_(setup.paths), whole_blocks_(setup.path_reuse > 1),
-      image_px_(setup.image_px), light_paths_(setup.light_paths), outside_(setup.outside), samples_(device, capacity_),
-      surfaces_(device, with_surfaces ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
+    : device_(device), world_(world), pager_(setup.pager), first_hit_records_(setup.first_hits), capacity_(setup.paths),
+      whole_blocks_(setup.path_reuse > 1), image_px_(setup.image_px), light_paths_(setup.light_paths),
+      outside_(setup.outside), samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0),
+      first_hits_(device, setup.aovs.needs_first_hit() ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
   assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
 }
 
@@ -102,6 +107,9 @@ void DeviceWave::start(const Film& film, Wave& wave) {
   wave.pixels = device_pixels_.span().first(pixels_.size());
   wave.samples = samples_.data();
   wave.surfaces = surfaces_.data();
+  wave.first_hits = aovs.needs_first_hit() ? first_hits_.data() : nullptr;
+  first_hits_here_.resize(aovs.needs_first_hit() ? sample_count_ : 0);
+  samples_here_.resize(first_hits_here_.size());
   wave.rays = rays_.data();
   wave.film = {.sums = sums_.start(device_, pixel_count_),
                .moments = moments_.start(device_, aovs.contains(Aov::variance) ? pixel_count_ : 0),
@@ -122,6 +130,20 @@ void DeviceWave::download_sums() {
   components_.download();
   outlier_blocks_.download();
   block_rays_.download();
+  if (first_hits_here_.empty()) return;
+  samples_.download(samples_here_);
+  first_hits_.download(first_hits_here_);
+}
+
+void DeviceWave::add_first_hits(std::span<const BlockWork> work, Film& film) const {
+  tbb::parallel_for(size_t{0}, blocks_.size(), [&](size_t number) {
+    const StandardArithmetic standard_arithmetic;
+    const PixelRect& wanted = work[taken_[number].number].block; // the wave may have more of a block that is cut
+    const size_t first = blocks_[number].first_sample;
+    for (size_t i = first; i < first + taken_[number].samples; ++i)
+      if (!first_hits_here_[i].lost && wanted.contains({samples_here_[i].pixel, samples_here_[i].pixel + V2i(1)}))
+        first_hit_records_->add(samples_here_[i], first_hits_here_[i].hit, film);
+  });
 }
 
 // A block that is cut has its pixels row by row.
@@ -145,6 +167,7 @@ void DeviceWave::add_sums(const WaveBlock& from, const PixelRect& to, Film& film
 }
 
 void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
+  if (first_hit_records_ != nullptr && !first_hits_here_.empty()) add_first_hits(work, film);
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const WaveBlock& block = blocks_[i];
     BlockWork& done = work[taken_[i].number];

@@ -16,15 +16,17 @@
 
 namespace kindling {
 
+class FirstHits;
 class PhotonSource;
 
 // Settings of the waves of a render.
 struct WaveSetup {
   uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
   AovSet aovs;
-  uint32_t direct_samples = 1; // IntegratorSettings::direct_samples
-  uint32_t path_reuse = 1;     // IntegratorSettings::path_reuse: above 1, waves have whole blocks
-  V2i image_px{0};             // size
+  const FirstHits* first_hits = nullptr; // what the film records of first surfaces; null: nothing
+  uint32_t direct_samples = 1;           // IntegratorSettings::direct_samples
+  uint32_t path_reuse = 1;               // IntegratorSettings::path_reuse: above 1, waves have whole blocks
+  V2i image_px{0};                       // size
   bool trims_outliers = false;
   bool has_rates = false;             // sample rates
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
@@ -107,12 +109,15 @@ class DeviceWave : public ThreadContext {
     uint64_t light_paths = 0;
   };
 
+  // Adds what the film records of the first surfaces of all samples.
+  void add_first_hits(std::span<const BlockWork> work, Film& film) const;
   void add_sums(const WaveBlock& from, const PixelRect& to, Film& film); // `to`: pixels of the block
   void plan_pixels(const PixelRect& block, const SampleRange& levels, const SampleRates& rates);
 
   Device& device_;
   const World& world_;
   TilePager* pager_;
+  const FirstHits* first_hit_records_;
   uint32_t capacity_;
   bool whole_blocks_;
   V2i image_px_;
@@ -128,6 +133,9 @@ class DeviceWave : public ThreadContext {
   DeviceArray<WavePixel> device_pixels_;
   DeviceArray<CameraSample> samples_;
   DeviceArray<FilmSurface> surfaces_;
+  DeviceArray<WaveFirstHit> first_hits_;
+  std::vector<CameraSample> samples_here_; // with first hits alone
+  std::vector<WaveFirstHit> first_hits_here_;
   DeviceArray<WaveRays<uint32_t>> rays_;
   DeviceArray<WaveLosses> losses_;
   Sums<PixelSum> sums_;

@@ -17,7 +17,7 @@
 
 namespace kindling {
 
-// Immutable and shared by all threads. References given at construction must outlive it.
+// Immutable and shared by all threads. The world, the camera and the inputs must outlive it.
 class FirstHits {
  public:
   FirstHits(const World& world, const Camera& camera, const PixelFilter& filter, AovSet aovs, const AovInputs& inputs);
@@ -37,7 +37,7 @@ class FirstHits {
   };
   const World& world_;
   const Camera& camera_;
-  const PixelFilter& filter_;
+  PixelFilter filter_;
   bool wanted_, nearest_;
   std::optional<MotionVectors> motion_;
   std::vector<NodeIds> nodes_;      // by node; empty without mattes; 0 for mattes that are not wanted

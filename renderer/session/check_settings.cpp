@@ -95,16 +95,8 @@ Result<void> check_motion(const RenderSettings& settings, const Camera& camera) 
   return {};
 }
 
-Result<void> check_first_hits(const RenderSettings& settings) {
-  const AovSet aovs = settings.aovs;
-  if (needs_device(settings.device) && aovs.needs_first_hit()) {
-    std::string name = "--cryptomatte";
-    for (const AovInfo& info : kAovs)
-      if (is_of_nearest(info.aov) && aovs.contains(info.aov)) name = "--aov " + std::string(info.name);
-    return refuse(name + ": not on the device '" + std::string(device_kind_name(settings.device)) +
-                  "'; use --device cpu");
-  }
-  if (!aovs.has_mattes()) return {};
+Result<void> check_mattes(const RenderSettings& settings) {
+  if (!settings.aovs.has_mattes()) return {};
   if (settings.integrator.kind == IntegratorKind::whitted)
     return refuse("--cryptomatte: not with --integrator whitted, whose samples are divided among surfaces; use path");
   return {};
@@ -230,7 +222,7 @@ Result<void> check_combination(const RenderSettings& settings, const Camera& cam
                   std::to_string(camera.size_px().y) + " pixels, the image has " + std::to_string(size.x) + "x" +
                   std::to_string(size.y));
   for (const auto& check : {check_pixels, check_samples, check_bounces, check_adaptive, check_sample_rates,
-                            check_split_light, check_catchers, check_first_hits})
+                            check_split_light, check_catchers, check_mattes})
     if (Result<void> checked = check(settings); !checked) return checked;
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;

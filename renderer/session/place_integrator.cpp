@@ -5,6 +5,7 @@
 #include "renderer/device/failure_reason.h"
 #include "renderer/device/make_device.h"
 #include "renderer/device/scene_on_device.h"
+#include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/photons/photon_source.h"
@@ -62,7 +63,9 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                 .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,
                 .outside = beside != nullptr ? beside->outside : OutsidePixels{},
                 .filter = settings.filter},
-      std::move(photons));
+      std::move(photons),
+      std::make_unique<const FirstHits>(world, camera, settings.filter, settings.aovs,
+                                        AovInputs{settings.names.get(), settings.motion.get()}));
   PlacedIntegrator placed;
   placed.use.name = device->name();
   placed.use.scene_bytes = integrator->scene_bytes();

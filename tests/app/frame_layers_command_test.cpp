@@ -147,8 +147,6 @@ TEST_F(FrameLayersCommand, RefusalsNameTheFlag) {
   const std::string scene = "scene.gltf";
   expect_refused(kAnimation, {"--aov", "motion", "--shutter", "0,0.1", "-o", "a.exr"},
                  "--aov motion: not with motion blur");
-  expect_refused(scene, {"--aov", "vector", "--device", "host", "-o", "a.exr"},
-                 "--aov vector: not on the device 'host'");
   expect_refused(scene, {"--fps", "12", "-o", "a.exr"}, "--fps: has no meaning without");
   expect_refused(scene, {"--shadow-catcher", "circle"}, "scene.gltf has no object 'circle'; use square");
   expect_refused(scene, {"--shadow-catcher", "square", "--background", "1,1,1"}, "--shadow-catcher: shadows are");

@@ -1,5 +1,6 @@
 // The host device renders the images of the CPU, to the bit, for all settings.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/frame_motion.h"
 #include "renderer/session/render_session.h"
 #include "tests/device/caster_scene.h"
 #include "tests/device/tested_device.h"
@@ -9,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -26,7 +28,7 @@ Camera camera_with(const CameraLens& lens = {}) {
 RenderSettings all_aovs(uint32_t samples) {
   RenderSettings settings = small_render(kSize, samples);
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && info.aov != Aov::shadow_catcher)
+    if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
       settings.aovs.insert(info.aov);
   return settings;
 }
@@ -37,7 +39,8 @@ Film film_of(const World& world, const Camera& camera, const RenderSettings& set
   return std::move(outcome).value().film;
 }
 
-void expect_same_on_device(const World& world, const RenderSettings& settings, const Camera& camera = camera_with()) {
+void expect_same_on_device(const World& world, RenderSettings settings, const Camera& camera = camera_with()) {
+  if (settings.integrator.kind != IntegratorKind::whitted) add_mattes(settings);
   const Film reference = film_of(world, camera, settings);
   RenderSettings on_device = settings;
   on_device.device = tested_device();
@@ -50,6 +53,15 @@ TEST(DeviceRenders, AllMaterialsAndAovs) { expect_same_on_device(*mixed_world(ac
 TEST(DeviceRenders, Motion) {
   const Camera camera(SceneCamera{}, look_at(V3f(1.5f, 1.2f, 6), V3f(0.0f)), kSize, {.shutter_open = true});
   expect_same_on_device(*moving_world(accel::Kind::kdtree), all_aovs(5), camera);
+}
+
+TEST(DeviceRenders, MotionVectors) {
+  const auto beside = [](float x) { return Camera(SceneCamera{}, look_at(V3f(x, 1.2f, 6), V3f(0.0f)), kSize); };
+  RenderSettings settings = all_aovs(5);
+  settings.motion = std::make_shared<const FrameMotion>(FrameMotion{{{}, beside(1.4f)}, {{}, beside(1.7f)}});
+  settings.aovs.insert(Aov::vector);
+  settings.aovs.insert(Aov::motion);
+  expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
 }
 
 TEST(DeviceRenders, DepthOfField) {

@@ -64,7 +64,7 @@ class Gpu : public testing::Test {
   static RenderSettings settings(uint32_t samples) {
     RenderSettings settings = small_render(kGpuImage, samples);
     for (const AovInfo& info : kAovs)
-      if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && info.aov != Aov::shadow_catcher)
+      if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
         settings.aovs.insert(info.aov);
     settings.device = DeviceKind::gpu;
     return settings;
@@ -335,9 +335,6 @@ TEST_F(AutomaticDevice, TakesTheCpuIfTheSceneHasNoRoom) {
 }
 
 TEST_F(AutomaticDevice, TakesTheCpuForPassesThatDevicesLack) {
-  RenderSettings nearest = automatic();
-  nearest.aovs.insert(Aov::depth_nearest);
-  EXPECT_NE(render_anywhere(nearest, *world_).why_cpu.find("--aov depth_nearest"), std::string::npos);
   RenderSettings grouped = automatic();
   grouped.integrator.light_groups = LightGrouping::kind;
   EXPECT_NE(render_anywhere(grouped, *world_).why_cpu.find("--light-groups"), std::string::npos);

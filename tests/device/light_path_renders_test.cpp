@@ -74,7 +74,7 @@ TEST(LightPathsOnDevices, AllCastersAndLights) {
 TEST(LightPathsOnDevices, AllMaterialsAndAovs) {
   RenderSettings settings = beside_light_paths(5, 0.5f);
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && info.aov != Aov::shadow_catcher &&
+    if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher &&
         info.aov != Aov::direct && info.aov != Aov::indirect)
       settings.aovs.insert(info.aov);
   expect_same_beside_light_paths(*mixed_world(accel::Kind::kdtree), settings);

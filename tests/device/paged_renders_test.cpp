@@ -35,7 +35,7 @@ RenderSettings paged_settings(uint32_t samples, IntegratorKind kind) {
   RenderSettings settings = fine_render(samples);
   settings.integrator.kind = kind;
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && info.aov != Aov::shadow_catcher)
+    if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
       settings.aovs.insert(info.aov);
   return settings;
 }

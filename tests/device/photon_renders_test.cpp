@@ -68,7 +68,7 @@ TEST(PhotonsOnDevices, AllMaterialsAndAovs) {
   RenderSettings settings = with_photons(5);
   settings.outliers = Outliers::trim;
   for (const AovInfo& info : kAovs)
-    if (!is_light_pass(info.aov) && !is_of_nearest(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
+    if (!is_light_pass(info.aov) && !is_motion(info.aov) && info.aov != Aov::shadow_catcher)
       settings.aovs.insert(info.aov);
   expect_same_with_photons(*mixed_world(accel::Kind::kdtree), settings);
 }

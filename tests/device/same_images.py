@@ -54,7 +54,10 @@ def main():
     parser.add_argument("--size", default="40x28")
     parser.add_argument("--spp", default="2")
     arguments, more = parser.parse_known_args()
-    flags = ["--size", arguments.size, "--spp", arguments.spp, "--aov", "albedo,normal,depth,position,variance,samples,denoising_albedo,denoising_normal", "--exr-float", *more]
+    flags = ["--size", arguments.size, "--spp", arguments.spp, "--exr-float", "--aov",
+             "albedo,normal,depth,position,variance,samples,denoising_albedo,denoising_normal,object_id,material_id,depth_nearest,position_nearest,uv", *more]
+    if "whitted" not in more:
+        flags += ["--cryptomatte", "object,material,asset"]
     scenes = scenes_in(arguments.scenes)
     different = 0
     with tempfile.TemporaryDirectory() as folder:

@@ -208,14 +208,6 @@ TEST(MatteRender, IsRefusedWhereItCannotBe) {
   settings.integrator.kind = IntegratorKind::whitted;
   EXPECT_NE(refusal(*world, settings).find("--cryptomatte: not with --integrator whitted"), std::string::npos);
   settings = matte_settings();
-  settings.device = DeviceKind::host;
-  EXPECT_NE(refusal(*world, settings).find("--cryptomatte: not on the device 'host'; use --device cpu"),
-            std::string::npos);
-  settings = small_render(kMatteSize, 1);
-  settings.device = DeviceKind::host;
-  settings.aovs.insert(Aov::uv);
-  EXPECT_NE(refusal(*world, settings).find("--aov uv: not on the device 'host'"), std::string::npos);
-  settings = matte_settings();
   settings.names.reset();
   EXPECT_NE(refusal(*world, settings).find("RenderSettings::names"), std::string::npos);
 }

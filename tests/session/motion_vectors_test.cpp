@@ -239,11 +239,6 @@ TEST(MotionVectors, AreRefusedWithoutFramesAndWithAShutter) {
   const auto motion = std::make_shared<const FrameMotion>(FrameMotion{{{}, front_view()}, {{}, front_view()}});
   EXPECT_NE(refusal(vector_settings(nullptr), false).find("RenderSettings::motion"), std::string::npos);
   EXPECT_NE(refusal(vector_settings(motion), true).find("--aov vector: not with motion blur"), std::string::npos);
-  RenderSettings device = vector_settings(motion);
-  device.aovs = {};
-  device.aovs.insert(Aov::motion);
-  device.device = DeviceKind::host;
-  EXPECT_NE(refusal(device, false).find("--aov motion: not on the device 'host'"), std::string::npos);
 }
 
 } // namespace

@@ -19,6 +19,7 @@ inline void show_first_hit(const FirstHitWave& wave, uint32_t launched) {
   const accel::Hit hit = world.probe_hit(ray);
   SampleColor& color = wave.colors[slot];
   color = {Rgb(0.0f), hit.is_hit() ? 1.0f : 0.0f};
+  if (wave.first_hits != nullptr) wave.first_hits[slot].hit = hit;
   if (!hit.is_hit()) return;
   begin_look_ups(wave.tiles);
   if (stages.kind != IntegratorKind::ambient_occlusion) {

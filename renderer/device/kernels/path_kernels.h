@@ -152,6 +152,8 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
   }
   if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
   stages.shade_hit(ray, hit, surface, sampled, lights, path, sink);
+  if (wave.first_hits != nullptr && path.surface->hit && !wave.first_hits[slot].hit.is_hit())
+    wave.first_hits[slot].hit = hit;
 }
 
 // Shades the hit of an active path, or what it sees beyond the scene.

@@ -35,6 +35,7 @@ inline void count(uint32_t& rays, uint64_t more) {
 // Takes the results of shading a node.
 struct TreeSink {
   const TreeWave& wave;
+  const accel::Hit& hit; // at the node
   WhittedCounters counted{};
   uint32_t shadows = 0;
 
@@ -50,6 +51,7 @@ struct TreeSink {
   void surface(const WhittedNode& node, const WhittedVertex& vertex) {
     if (wave.surfaces == nullptr || wave.surfaces[node.slot].hit) return;
     wave.scene->shader.record_surface(vertex, wave.surfaces[node.slot]);
+    if (wave.first_hits != nullptr) wave.first_hits[node.slot].hit = hit;
   }
   void feel(const WhittedNode& node, const accel::Ray& feeler, const Rgb& contribution) {
     const DeviceScene& scene = *wave.scene;
@@ -82,7 +84,7 @@ inline void trace_node(const TreeWave& wave, uint32_t launched) {
     scene.world.surface_at(node.ray, hit, surface, WhittedShader::footprint_of(node, hit));
     if (waits_for_tiles(wave.tiles, number)) return;
   }
-  TreeSink sink{wave};
+  TreeSink sink{wave, hit};
   if (scene.shader.arrive(node, hit, sink)) scene.shader.shade(node, hit, surface, sink);
   WaveRays<uint32_t>& rays = wave.rays[node.slot];
   count(rays.bounces, bounces ? 1 : 0);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/ray.h"
 #include "renderer/device/kernels/device_scene.h"
 #include "renderer/film/film_view.h"
 #include "renderer/integrator/stages/camera_sample.h"
@@ -43,6 +44,12 @@ struct WaveRays {
   Count bounces = 0, shadows = 0, reflections = 0, refractions = 0;
 };
 
+// The first surface of a sample, for what films record of it beside its light (FirstHits).
+struct WaveFirstHit {
+  accel::Hit hit;    // no hit: it has none
+  bool lost = false; // its radiance was not finite
+};
+
 // Samples of a wave that were dropped because their radiance was not finite.
 struct WaveLosses {
   static constexpr uint64_t kNone = ~uint64_t{0};
@@ -66,7 +73,8 @@ struct Wave {
   std::span<const WaveBlock> blocks;
   std::span<const WavePixel> pixels; // empty: all pixels of a block have the same samples
   CameraSample* samples = nullptr;
-  FilmSurface* surfaces = nullptr; // by sample; null if no AOV needs it
+  FilmSurface* surfaces = nullptr;    // by sample; null if no AOV needs it
+  WaveFirstHit* first_hits = nullptr; // likewise
   WaveRays<uint32_t>* rays = nullptr;
   FilmView film;                            // by pixel
   WaveRays<uint64_t>* block_rays = nullptr; // one more than there are blocks, for light paths of pixels outside

@@ -53,6 +53,7 @@ template <auto kFirst, typename Number>
   wave.samples[slot] = sample;
   wave.rays[slot] = {};
   if (wave.surfaces != nullptr) wave.surfaces[slot] = FilmSurface{};
+  if (wave.first_hits != nullptr) wave.first_hits[slot] = WaveFirstHit{};
   return ray;
 }
 
@@ -107,6 +108,7 @@ inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished
     const FinishedSample done = finished(slot);
     if (!is_finite(done.radiance)) {
       add_loss(*wave.losses, sample);
+      if (wave.first_hits != nullptr) wave.first_hits[slot].lost = true;
       continue;
     }
     wave.film.add(pixel, {done.radiance, done.alpha, sample.filter_weight, sample.sample_index});
