@@ -35,7 +35,9 @@ uint64_t common_wave_bytes(const WaveSetup& setup) {
       sizeof(PixelSum) + (aovs.contains(Aov::variance) ? sizeof(MomentSum) : 0) +
       (aovs.needs_surface() ? sizeof(SurfaceSum) : 0) + (aovs.needs_guides() ? sizeof(GuideSum) : 0) +
       (aovs.needs_components() ? sizeof(ComponentSum) : 0) +
-      (setup.trims_outliers ? sizeof(ColorSum) * (kOutlierBlocks - 1) : 0) + (setup.has_rates ? sizeof(WavePixel) : 0);
+      (setup.trims_outliers ? sizeof(ColorSum) * (kOutlierBlocks - 1) : 0) +
+      sizeof(RadianceSum) * (setup.light_groups + LightPassPlaces(aovs).count) +
+      (aovs.needs_lobe_colors() ? sizeof(LobeColorSum) : 0) + (setup.has_rates ? sizeof(WavePixel) : 0);
   const uint64_t of_block = sizeof(WaveBlock) + sizeof(WaveRays<uint64_t>); // of one pixel, at least
   return setup.paths * (of_sample + of_pixel + of_block) + sizeof(WaveRays<uint64_t>) + sizeof(WaveLosses);
 }
@@ -111,13 +113,20 @@ void DeviceWave::start(const Film& film, Wave& wave) {
   first_hits_here_.resize(aovs.needs_first_hit() ? sample_count_ : 0);
   samples_here_.resize(first_hits_here_.size());
   wave.rays = rays_.data();
-  wave.film = {.sums = sums_.start(device_, pixel_count_),
-               .moments = moments_.start(device_, aovs.contains(Aov::variance) ? pixel_count_ : 0),
-               .surfaces = surface_sums_.start(device_, aovs.needs_surface() ? pixel_count_ : 0),
-               .guides = guides_.start(device_, aovs.needs_guides() ? pixel_count_ : 0),
-               .components = components_.start(device_, aovs.needs_components() ? pixel_count_ : 0),
-               .blocks = outlier_blocks_.start(
-                   device_, film.trims_outliers() ? size_t{pixel_count_} * (kOutlierBlocks - 1) : 0)};
+  light_groups_ = film.light_groups().size();
+  pass_places_ = LightPassPlaces(aovs);
+  wave.film = {
+      .sums = sums_.start(device_, pixel_count_),
+      .moments = moments_.start(device_, aovs.contains(Aov::variance) ? pixel_count_ : 0),
+      .surfaces = surface_sums_.start(device_, aovs.needs_surface() ? pixel_count_ : 0),
+      .guides = guides_.start(device_, aovs.needs_guides() ? pixel_count_ : 0),
+      .components = components_.start(device_, aovs.needs_components() ? pixel_count_ : 0),
+      .blocks = outlier_blocks_.start(device_, film.trims_outliers() ? size_t{pixel_count_} * (kOutlierBlocks - 1) : 0),
+      .groups = groups_.start(device_, pixel_count_ * light_groups_),
+      .passes = passes_.start(device_, size_t{pixel_count_} * pass_places_.count),
+      .colors = colors_.start(device_, aovs.needs_lobe_colors() ? pixel_count_ : 0),
+      .light_groups = light_groups_,
+      .places = pass_places_};
   wave.block_rays = block_rays_.start(device_, blocks_.size() + 1).data();
   wave.losses = losses_.data();
 }
@@ -129,6 +138,9 @@ void DeviceWave::download_sums() {
   guides_.download();
   components_.download();
   outlier_blocks_.download();
+  groups_.download();
+  passes_.download();
+  colors_.download();
   block_rays_.download();
   if (first_hits_here_.empty()) return;
   samples_.download(samples_here_);
@@ -156,8 +168,10 @@ void DeviceWave::add_sums(const WaveBlock& from, const PixelRect& to, Film& film
       return sums.here.empty() ? std::span(sums.here)
                                : std::span(sums.here).subspan(first * per_pixel, pixels * per_pixel);
     };
-    film.add(rect, FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1),
-                            part(components_, 1), part(outlier_blocks_, kOutlierBlocks - 1)});
+    film.add(rect,
+             FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1), part(components_, 1),
+                      part(outlier_blocks_, kOutlierBlocks - 1), part(groups_, light_groups_),
+                      part(passes_, pass_places_.count), part(colors_, 1), light_groups_, pass_places_});
   };
   if (static_cast<uint32_t>(to.width()) == from.width) {
     add(to);

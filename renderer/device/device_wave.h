@@ -24,6 +24,7 @@ struct WaveSetup {
   uint32_t paths = kWaveSize; // that are followed together, at least those of a block with the highest rates
   AovSet aovs;
   const FirstHits* first_hits = nullptr; // what the film records of first surfaces; null: nothing
+  uint32_t light_groups = 0;             // of the film
   uint32_t direct_samples = 1;           // IntegratorSettings::direct_samples
   uint32_t path_reuse = 1;               // IntegratorSettings::path_reuse: above 1, waves have whole blocks
   V2i image_px{0};                       // size
@@ -34,6 +35,11 @@ struct WaveSetup {
   PixelFilter filter = PixelFilter(); // of the light that they bring
   PhotonSource* photons = nullptr;    // null: none are gathered
   TilePager* pager = nullptr;         // null: all texels are in memory
+
+  // True if light is split by light group and first event.
+  [[nodiscard]] bool splits() const {
+    return light_groups > 0 || aovs.needs_light_passes() || aovs.needs_lobe_colors();
+  }
 };
 
 // Returns the bytes on a device that waves of all tracers take, at most: one sample for each pixel.
@@ -144,6 +150,10 @@ class DeviceWave : public ThreadContext {
   Sums<GuideSum> guides_;
   Sums<ComponentSum> components_;
   Sums<ColorSum> outlier_blocks_;
+  Sums<RadianceSum> groups_, passes_;
+  Sums<LobeColorSum> colors_;
+  size_t light_groups_ = 0; // of the film, and its passes
+  LightPassPlaces pass_places_;
   Sums<WaveRays<uint64_t>> block_rays_;
 };
 

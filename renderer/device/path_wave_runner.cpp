@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <utility>
 
 namespace kindling {
@@ -22,14 +21,21 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
   const uint64_t of_light_path = setup.light_paths > 0.0f ? sizeof(WaveLightPath) + sizeof(WaveSplat) : 0;
   const uint64_t of_reuse =
       setup.path_reuse > 1 ? sizeof(ReusedPath) + setup.path_reuse * (sizeof(ReuseLink) + sizeof(uint32_t)) : 0;
+  const uint64_t of_split =
+      !setup.splits() ? 0
+                      : setup.light_groups * sizeof(SplitView::Classes) + sizeof(SplitView::Passes) +
+                            sizeof(FirstEvent) + sizeof(LobeColors) + setup.direct_samples * sizeof(SplitShadow) +
+                            (setup.path_reuse > 1 ? std::max(setup.light_groups, 1U) * sizeof(Rgb) + 1 : 0) +
+                            (setup.light_paths > 0.0f ? sizeof(SplatParts) : 0);
   return common_wave_bytes(setup) +
-         setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path + of_reuse) +
+         setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path + of_reuse + of_split) +
          2 * sizeof(uint64_t);
 }
 
 namespace {
 
 Kernel shading_kernel(const WaveSetup& setup) {
+  if (setup.splits()) return Kernel::shade_split;
   if (setup.photons != nullptr) return Kernel::shade_beside_photons;
   if (setup.path_reuse > 1) return Kernel::shade_reused;
   return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
@@ -40,9 +46,12 @@ Kernel shading_kernel(const WaveSetup& setup) {
 std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup) {
   std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,
                               shading_kernel(setup), filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque,
-                              Kernel::finish_pixel};
+                              setup.splits() ? Kernel::finish_split_pixel : Kernel::finish_pixel};
+  if (setup.splits()) kernels.insert(kernels.end(), {Kernel::begin_split, Kernel::split_shadow});
+  if (setup.splits() && setup.path_reuse > 1) kernels.insert(kernels.end(), {Kernel::split_tail, Kernel::split_shared});
   if (setup.light_paths > 0.0f)
-    kernels.insert(kernels.end(), {Kernel::begin_light_path, Kernel::scatter_light_path,
+    kernels.insert(kernels.end(), {Kernel::begin_light_path,
+                                   setup.splits() ? Kernel::scatter_split_light_path : Kernel::scatter_light_path,
                                    filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
   if (setup.path_reuse > 1)
     kernels.insert(kernels.end(), {Kernel::start_sharing, Kernel::link_paths,
@@ -53,13 +62,13 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
-      has_light_paths_(setup.light_paths > 0.0f), shade_(shading_kernel(setup)), photon_source_(setup.photons),
-      filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
-      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
-      next_(on, capacity()), queue_counts_(on, 1), shadow_records_(on, capacity() * setup.direct_samples),
-      light_paths_(on, has_light_paths_ ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0),
-      reused_(on, setup.path_reuse > 1 ? capacity() : 0), links_(on, reused_.size() * setup.path_reuse),
-      traced_links_(on, links_.size()) {
+      has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), shade_(shading_kernel(setup)),
+      photon_source_(setup.photons), filter_(setup.filter), states_(on, capacity()), media_(on, capacity()),
+      rays_(on, capacity()), shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()),
+      active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
+      shadow_records_(on, capacity() * setup.direct_samples), light_paths_(on, has_light_paths_ ? capacity() : 0),
+      splats_(on, has_light_paths_ ? capacity() : 0), reused_(on, setup.path_reuse > 1 ? capacity() : 0),
+      links_(on, reused_.size() * setup.path_reuse), traced_links_(on, links_.size()) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -77,7 +86,23 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   }
   wave_.light_paths = light_paths_.data();
   wave_.splats = splats_.data();
+  if (splits_) place_split(scene, setup.light_groups);
   if (photon_source_ != nullptr) reserve_photons(photon_source_->maps().bytes_per_map() / PhotonMap::kBytes);
+}
+
+void PathWaveRunner::place_split(const DeviceScene* scene, uint32_t light_groups) {
+  split_groups_.grow(device(), size_t{capacity()} * light_groups);
+  split_passes_.grow(device(), capacity());
+  split_firsts_.grow(device(), capacity());
+  split_colors_.grow(device(), capacity());
+  split_shadows_.grow(device(), shadow_rays_.size());
+  split_tails_.grow(device(), reused_.size() * std::max(light_groups, 1U));
+  second_groups_.grow(device(), reused_.size());
+  splat_parts_.grow(device(), splats_.size());
+  wave_.split = {&scene->groups,        light_groups,         split_groups_.data(),
+                 split_passes_.data(),  split_firsts_.data(), split_colors_.data(),
+                 split_shadows_.data(), split_tails_.data(),  second_groups_.data()};
+  wave_.splat_parts = splat_parts_.data();
 }
 
 void PathWaveRunner::reserve_photons(uint64_t count) {
@@ -105,9 +130,10 @@ bool PathWaveRunner::take_photons() {
 bool PathWaveRunner::run(const Film& film) {
   start(film, wave_);
   found_.clear();
+  found_parts_.clear();
   if (!take_photons() || !follow_camera_paths()) return false;
   if (wave_.reuse.paths != nullptr) share_paths();
-  launch(Kernel::finish_pixel, wave_, pixel_count());
+  launch(splits_ ? Kernel::finish_split_pixel : Kernel::finish_pixel, wave_, pixel_count());
   const uint64_t light_paths = film.has_splats() ? light_path_count() : 0; // none for a pilot
   for (uint64_t first = 0; first < light_paths; first += capacity())
     if (!follow_light_paths(first, static_cast<uint32_t>(std::min<uint64_t>(capacity(), light_paths - first))))
@@ -118,6 +144,7 @@ bool PathWaveRunner::run(const Film& film) {
 
 bool PathWaveRunner::follow_camera_paths() {
   launch(Kernel::begin_path, wave_, sample_count());
+  if (splits_) launch(Kernel::begin_split, wave_, sample_count());
   for (uint32_t active = sample_count(); active > 0;) {
     if (abandoned()) return false;
     launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
@@ -125,12 +152,14 @@ bool PathWaveRunner::follow_camera_paths() {
     launch_shading(shade_, wave_, active);
     const QueueCounts counts = take_next();
     launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts.shadows);
+    if (splits_) launch(Kernel::split_shadow, wave_, counts.shadows);
     active = counts.next;
   }
   return true;
 }
 
 void PathWaveRunner::share_paths() {
+  if (splits_) launch(Kernel::split_tail, wave_, sample_count());
   launch(Kernel::start_sharing, wave_, sample_count());
   queue_counts_.clear(1);
   launch(Kernel::link_paths, wave_, sample_count());
@@ -139,6 +168,7 @@ void PathWaveRunner::share_paths() {
   launch(filters_hits_ ? Kernel::trace_link : Kernel::trace_link_opaque, wave_, counts[0].links);
   launch(Kernel::share_light, wave_, sample_count());
   launch(Kernel::receive_light, wave_, sample_count());
+  if (splits_) launch(Kernel::split_shared, wave_, sample_count());
 }
 
 bool PathWaveRunner::follow_light_paths(uint64_t first, uint32_t count) {
@@ -149,7 +179,7 @@ bool PathWaveRunner::follow_light_paths(uint64_t first, uint32_t count) {
     if (abandoned()) return false;
     launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
     queue_counts_.clear(1);
-    launch_shading(Kernel::scatter_light_path, wave_, active);
+    launch_shading(splits_ ? Kernel::scatter_split_light_path : Kernel::scatter_light_path, wave_, active);
     const QueueCounts counts = take_next();
     launch(filters_hits_ ? Kernel::trace_sight : Kernel::trace_sight_opaque, wave_, counts.shadows);
     take_splats(counts.shadows);
@@ -168,17 +198,27 @@ PathWaveRunner::QueueCounts PathWaveRunner::take_next() {
 void PathWaveRunner::take_splats(uint32_t count) {
   downloaded_.resize(count);
   splats_.download(downloaded_);
-  std::ranges::copy_if(downloaded_, std::back_inserter(found_),
-                       [](const WaveSplat& splat) { return !is_black(splat.radiance); });
+  if (splits_) {
+    downloaded_parts_.resize(count);
+    splat_parts_.download(downloaded_parts_);
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    if (is_black(downloaded_[i].radiance)) continue;
+    found_.push_back(downloaded_[i]);
+    if (splits_) found_parts_.push_back(downloaded_parts_[i]);
+  }
 }
 
 void PathWaveRunner::take_results(std::span<BlockWork> work, Film& film) {
   const PixelRect& area = film.splat_area();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, found_.size(), 1024), [&](const auto& range) {
     const StandardArithmetic standard_arithmetic;
-    for (size_t i = range.begin(); i < range.end(); ++i)
-      visit_splat_pixels(filter_, found_[i].film_px, area.min, area.max,
-                         [&](const V2i& pixel, float weight) { film.add_splat(pixel, found_[i].radiance * weight); });
+    for (size_t i = range.begin(); i < range.end(); ++i) {
+      const SplatParts parts = splits_ ? found_parts_[i] : SplatParts{};
+      visit_splat_pixels(filter_, found_[i].film_px, area.min, area.max, [&](const V2i& pixel, float weight) {
+        film.add_splat(pixel, found_[i].radiance * weight, parts);
+      });
+    }
   });
   DeviceWave::take_results(work, film);
 }

@@ -42,10 +42,11 @@ class PathWaveRunner final : public DeviceWave {
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 
+  void place_split(const DeviceScene* scene, uint32_t light_groups);
   // Makes room for so many photons on the device.
   void reserve_photons(uint64_t count);
 
-  bool filters_hits_, has_light_paths_;
+  bool filters_hits_, has_light_paths_, splits_;
   Kernel shade_;
   PhotonSource* photon_source_;
   PixelFilter filter_; // of the image
@@ -62,7 +63,16 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<ReusedPath> reused_;
   DeviceArray<ReuseLink> links_;
   DeviceArray<uint32_t> traced_links_;
-  std::vector<WaveSplat> downloaded_, found_; // of one bounce, and of the wave
+  DeviceArray<SplitView::Classes> split_groups_;
+  DeviceArray<SplitView::Passes> split_passes_;
+  DeviceArray<FirstEvent> split_firsts_;
+  DeviceArray<LobeColors> split_colors_;
+  DeviceArray<SplitShadow> split_shadows_;
+  DeviceArray<Rgb> split_tails_;
+  DeviceArray<uint8_t> second_groups_;
+  DeviceArray<SplatParts> splat_parts_;
+  std::vector<WaveSplat> downloaded_, found_;              // of one bounce, and of the wave
+  std::vector<SplatParts> downloaded_parts_, found_parts_; // likewise, if light is split
   DeviceArray<PhotonMapView::Node> photon_nodes_;
   DeviceArray<Photon> photons_;
   std::optional<uint32_t> photon_map_; // the number of that which is on the device

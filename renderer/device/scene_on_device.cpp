@@ -81,6 +81,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                     .light_paths = input.light_paths != nullptr ? *input.light_paths : LightPathStages{},
                     .stages = stages,
                     .shader = input.shader,
+                    .groups = input.groups,
                     .first_hit = input.first_hit,
                     .sampler = input.sampler,
                     .filter = input.filter};
@@ -136,6 +137,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.caustics);
   arena.place_arrays(scene.light_paths);
   arena.place_arrays(scene.shader.lights);
+  arena.place_arrays(scene.groups);
   arena.write(offset, std::as_bytes(std::span(&scene, 1)));
 }
 

@@ -24,6 +24,7 @@ struct DeviceSceneInput {
   Sampler sampler;
   PixelFilter filter;
   const LightPathStages* light_paths = nullptr; // null: stages.light_paths is, too
+  LightGroupsView groups{};
 };
 
 // Fails (usage) if no device can render the world, with the reason.

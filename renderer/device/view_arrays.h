@@ -15,6 +15,7 @@
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/texture/procedural_texture.h"
 #include "renderer/texture/texture.h"
+#include "renderer/world/light_groups/light_groups_view.h"
 #include "renderer/world/world_view.h"
 
 #include <cstddef>
@@ -66,6 +67,15 @@ void for_each_array(EnvironmentView& environment, F&& f) {
   f(environment.distribution.cdfs);
   f(environment.distribution.guides);
   f(environment.row_factors);
+}
+
+template <class F>
+void for_each_array(LightGroupsView& groups, F&& f) {
+  f(groups.of_emitter);
+  f(groups.of_node);
+  f(groups.of_material);
+  f(groups.nodes.of_mesh);
+  f(groups.nodes.of_instance);
 }
 
 // Emission::texture refers to an element of WorldView::textures and is not followed.

@@ -34,7 +34,7 @@ void Film::for_each_plane(ThisFilm& film, const Visit& visit) {
   visit_if_present("components", film.components_, 1);
   visit_if_present("blocks", film.blocks_, kOutlierBlocks - 1);
   visit_if_present("light groups", film.groups_, film.light_groups_.size());
-  visit_if_present("light passes", film.passes_, film.pass_count_);
+  visit_if_present("light passes", film.passes_, film.pass_places_.count);
   visit_if_present("lobe colors", film.colors_, 1);
   visit_if_present("nearest", film.nearest_, 1);
   visit_if_present("shadow catcher", film.catchers_, 1);
@@ -50,9 +50,8 @@ Film::Film(const V2i& size_px, const PixelRect& crop, AovSet aovs) : size_px_(si
   if (aovs.needs_surface()) surfaces_ = ZeroedArray<SurfaceSum>(count);
   if (aovs.needs_guides()) guides_ = ZeroedArray<GuideSum>(count);
   if (aovs.needs_components()) components_ = ZeroedArray<ComponentSum>(count);
-  for (size_t pass = 0; pass < kLightPassCount; ++pass)
-    pass_slots_[pass] = aovs.contains(static_cast<LightPass>(pass)) ? static_cast<uint8_t>(pass_count_++) : kNotStored;
-  passes_ = ZeroedArray<RadianceSum>(count * pass_count_);
+  pass_places_ = LightPassPlaces(aovs);
+  passes_ = ZeroedArray<RadianceSum>(count * pass_places_.count);
   if (aovs.needs_lobe_colors()) colors_ = ZeroedArray<LobeColorSum>(count);
   if (aovs.needs_nearest()) nearest_ = ZeroedArray<NearestSample>(count);
   if (aovs.contains(Aov::shadow_catcher)) catchers_ = ZeroedArray<CatcherSum>(count);
@@ -108,7 +107,7 @@ void Film::add(const Film& part) {
   add_rows(components_, part.components_);
   add_rows(blocks_, part.blocks_, kOutlierBlocks - 1);
   add_rows(groups_, part.groups_, light_groups_.size());
-  add_rows(passes_, part.passes_, pass_count_);
+  add_rows(passes_, part.passes_, pass_places_.count);
   add_rows(colors_, part.colors_);
   add_rows(nearest_, part.nearest_);
   add_rows(catchers_, part.catchers_);
@@ -150,6 +149,9 @@ void Film::add(const PixelRect& block, const FilmView& part) {
   add_rows(guides_, part.guides);
   add_rows(components_, part.components);
   add_rows(blocks_, part.blocks, kOutlierBlocks - 1);
+  add_rows(groups_, part.groups, light_groups_.size());
+  add_rows(passes_, part.passes, pass_places_.count);
+  add_rows(colors_, part.colors);
 }
 
 std::vector<Film::ConstPlane> Film::planes() const {

@@ -66,25 +66,16 @@ class Film {
   void add_surface(const V2i& pixel, const FilmSurface& surface, float weight) {
     view().add_surface(index_of(pixel), surface, weight);
   }
-  // Adds the radiance of a sample by light group, in addition to add(): one part for each of
-  // light_groups(), which sum to sample.radiance up to rounding (split_sample()).
-  void add_light_groups(const V2i& pixel, std::span<const Rgb> parts, const FilmSample& sample) {
-    assert(parts.size() == light_groups_.size());
-    RadianceSum* const sums = groups_.data() + index_of(pixel) * parts.size();
-    split_sample(parts, sample.radiance, sample.weight,
-                 [sums](size_t part, int channel, const FilmSum& term) { sums[part].rgb[channel].add(term); });
+  // Returns the sums as arrays, for what no function here adds: a pixel's are at index_of().
+  [[nodiscard]] FilmView view() {
+    return {sums_,       moments_, surfaces_, guides_, components_,
+            blocks_,     groups_,  passes_,   colors_, light_groups_.size(),
+            pass_places_};
   }
-  // The same by LightPass: kLightPassCount parts, of which those in aovs() are stored.
-  void add_light_passes(const V2i& pixel, std::span<const Rgb> parts, const FilmSample& sample) {
-    assert(parts.size() == kLightPassCount);
-    RadianceSum* const sums = passes_.data() + index_of(pixel) * pass_count_;
-    split_sample(parts, sample.radiance, sample.weight, [&](size_t part, int channel, const FilmSum& term) {
-      if (pass_slots_[part] != kNotStored) sums[pass_slots_[part]].rgb[channel].add(term);
-    });
-  }
-  // Only if aovs().needs_lobe_colors().
-  void add_lobe_colors(const V2i& pixel, const LobeColors& colors, float weight) {
-    colors_[index_of(pixel)].add(colors, weight);
+  [[nodiscard]] size_t index_of(const V2i& pixel) const {
+    assert(pixel.x >= crop_.min.x && pixel.x < crop_.max.x && pixel.y >= crop_.min.y && pixel.y < crop_.max.y);
+    return static_cast<size_t>(pixel.y - crop_.min.y) * static_cast<size_t>(crop_.width()) +
+           static_cast<size_t>(pixel.x - crop_.min.x);
   }
   // Adds the ids of the first surface of a sample to the mattes. Does nothing without mattes.
   void add_matte(const V2i& pixel, const MatteIds& ids, float weight) {
@@ -194,12 +185,6 @@ class Film {
   [[nodiscard]] size_t memory_bytes() const;
 
  private:
-  [[nodiscard]] size_t index_of(const V2i& pixel) const {
-    assert(pixel.x >= crop_.min.x && pixel.x < crop_.max.x && pixel.y >= crop_.min.y && pixel.y < crop_.max.y);
-    return static_cast<size_t>(pixel.y - crop_.min.y) * static_cast<size_t>(crop_.width()) +
-           static_cast<size_t>(pixel.x - crop_.min.x);
-  }
-
   [[nodiscard]] size_t splat_index(const V2i& pixel) const {
     assert(pixel.x >= splat_area_.min.x && pixel.x < splat_area_.max.x);
     assert(pixel.y >= splat_area_.min.y && pixel.y < splat_area_.max.y);
@@ -210,7 +195,6 @@ class Film {
   void cut_splats(Film& part) const;                       // of cut()
   void allocate_splat_groups();
 
-  [[nodiscard]] FilmView view() { return {sums_, moments_, surfaces_, guides_, components_, blocks_}; }
   void resolve_pixel(Aov aov, size_t index, double light_paths, float* out) const;
   [[nodiscard]] double light_paths() const; // of all pixels
   [[nodiscard]] bool resolve_surface(Aov aov, size_t index, double by, float* out) const;
@@ -233,12 +217,11 @@ class Film {
   ZeroedArray<ComponentSum> components_; // only if AovSet::needs_components()
   ZeroedArray<ColorSum> blocks_;         // all but the last of kOutlierBlocks blocks; only with trim_outliers()
   ZeroedArray<RadianceSum> groups_;      // one for each of light_groups_
-  ZeroedArray<RadianceSum> passes_;      // pass_count_ for each pixel
+  ZeroedArray<RadianceSum> passes_;      // pass_places_.count for each pixel
   ZeroedArray<LobeColorSum> colors_;     // only if AovSet::needs_lobe_colors()
   std::vector<std::string> light_groups_;
-  static constexpr uint8_t kNotStored = 0xff;
-  std::array<uint8_t, kLightPassCount> pass_slots_{}; // by LightPass: its place among passes_ of a pixel
-  size_t pass_count_ = 0;
+  static constexpr uint8_t kNotStored = LightPassPlaces::kNotStored;
+  LightPassPlaces pass_places_;
   ZeroedArray<NearestSample> nearest_;                     // only if AovSet::needs_nearest()
   ZeroedArray<CatcherSum> catchers_;                       // only with Aov::shadow_catcher
   ZeroedArray<SplatSum> splats_;                           // of splat_area_; only with enable_splats()

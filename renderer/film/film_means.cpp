@@ -175,8 +175,8 @@ void Film::resolve_light(Aov aov, size_t index, double light_paths, float* out) 
   }
   const size_t pass = static_cast<size_t>(aov) - static_cast<size_t>(Aov::diffuse_direct);
   assert(aov >= Aov::diffuse_direct && pass < kLightPassCount);
-  if (pass_slots_[pass] == kNotStored) return;
-  const RadianceSum& sum = passes_[index * pass_count_ + pass_slots_[pass]];
+  if (pass_places_.of_pass[pass] == kNotStored) return;
+  const RadianceSum& sum = passes_[index * pass_places_.count + pass_places_.of_pass[pass]];
   const auto* const of_splats = std::find(kSplatPasses.begin(), kSplatPasses.end(), static_cast<LightPass>(pass));
   if (of_splats == kSplatPasses.end() || !(light_paths > 0.0)) {
     store_mean(sum.rgb, by, out);

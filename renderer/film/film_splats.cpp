@@ -43,9 +43,11 @@ void Film::add_splat(const V2i& pixel, const Rgb& radiance, const SplatParts& pa
   std::array<Rgb, kSplatPasses.size()> by_pass;
   for (size_t i = 0; i < by_pass.size(); ++i) by_pass[i] = radiance * parts.passes[i];
   RadianceSum* const sums = splat_passes_.data() + index * splat_pass_count_;
-  split_sample(by_pass, radiance, 1.0f, [&](size_t pass, int channel, const FilmSum& term) {
-    if (splat_slots_[pass] != kNotStored) sums[splat_slots_[pass]].rgb[channel].add(term);
-  });
+  split_sample(
+      by_pass.size(), [&](size_t pass) { return by_pass[pass]; }, radiance, 1.0f,
+      [&](size_t pass, int channel, const FilmSum& term) {
+        if (splat_slots_[pass] != kNotStored) sums[splat_slots_[pass]].rgb[channel].add(term);
+      });
 }
 
 size_t Film::splat_index_at(size_t index) const {

@@ -6,6 +6,7 @@
 #include "renderer/film/film_sums.h"
 #include "renderer/film/film_surface.h"
 #include "renderer/film/outliers.h"
+#include "renderer/film/split_light.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,11 @@ struct FilmView {
   std::span<GuideSum> guides;         // empty unless AovSet::needs_guides()
   std::span<ComponentSum> components; // empty unless AovSet::needs_components()
   std::span<ColorSum> blocks;         // all but the last of kOutlierBlocks blocks; empty without Film::trim_outliers()
+  std::span<RadianceSum> groups;      // light_groups for each pixel
+  std::span<RadianceSum> passes;      // places.count for each pixel
+  std::span<LobeColorSum> colors;     // empty unless AovSet::needs_lobe_colors()
+  size_t light_groups = 0;
+  LightPassPlaces places{};
 
   void add(size_t pixel, const FilmSample& sample) const {
     sums[pixel].add(sample.radiance, sample.alpha, sample.weight);
@@ -48,6 +54,29 @@ struct FilmView {
     if (!surfaces.empty() && surface.hit)
       surfaces[pixel].add(surface.albedo, surface.normal, surface.position, surface.depth, weight);
     if (!guides.empty() && surface.hit) guides[pixel].add(surface.guide_albedo, surface.guide_normal, weight);
+  }
+  // Adds the radiance of a sample by light group, in addition to add(): part_at(group) returns one
+  // of `light_groups` parts, which sum to sample.radiance up to rounding (split_sample()).
+  template <typename PartAt>
+  void add_light_groups(size_t pixel, const FilmSample& sample, const PartAt& part_at) const {
+    if (light_groups == 0) return;
+    RadianceSum* const sums_here = groups.data() + pixel * light_groups;
+    split_sample(light_groups, part_at, sample.radiance, sample.weight,
+                 [&](size_t part, int channel, const FilmSum& term) { sums_here[part].rgb[channel].add(term); });
+  }
+  // The same by LightPass: kLightPassCount parts, of which those in the film's AOVs are stored.
+  template <typename PartAt>
+  void add_light_passes(size_t pixel, const FilmSample& sample, const PartAt& part_at) const {
+    if (places.count == 0) return;
+    RadianceSum* const sums_here = passes.data() + pixel * places.count;
+    split_sample(kLightPassCount, part_at, sample.radiance, sample.weight,
+                 [&](size_t part, int channel, const FilmSum& term) {
+                   const uint8_t place = places.of_pass[part];
+                   if (place != LightPassPlaces::kNotStored) sums_here[place].rgb[channel].add(term);
+                 });
+  }
+  void add_lobe_colors(size_t pixel, const LobeColors& of_sample, float weight) const {
+    if (!colors.empty()) colors[pixel].add(of_sample, weight);
   }
 };
 

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace kindling {
 
@@ -24,6 +23,19 @@ struct RadianceSum {
   }
 };
 static_assert(sizeof(RadianceSum) == 48);
+
+// The places of the passes in an AOV set among the sums of a pixel.
+struct LightPassPlaces {
+  static constexpr uint8_t kNotStored = 0xff;
+  std::array<uint8_t, kLightPassCount> of_pass{}; // or kNotStored
+  uint8_t count = 0;
+
+  LightPassPlaces() { of_pass.fill(kNotStored); }
+  explicit LightPassPlaces(AovSet aovs) {
+    for (size_t pass = 0; pass < kLightPassCount; ++pass)
+      of_pass[pass] = aovs.contains(static_cast<LightPass>(pass)) ? count++ : kNotStored;
+  }
+};
 
 // The passes that light paths add to: their light has been reflected before.
 inline constexpr std::array kSplatPasses{LightPass::diffuse_indirect, LightPass::glossy_indirect,
@@ -64,19 +76,25 @@ static_assert(sizeof(LobeColorSum) == 72);
 // radiance's summands up to rounding: calls add(part, channel, FilmSum) for the terms of parts that
 // are not black. The terms sum to that of the radiance exactly: the difference that rounding leaves
 // goes to the part with the largest magnitude (of equal ones the first), channel by channel.
-template <typename Add>
-void split_sample(std::span<const Rgb> parts, const Rgb& radiance, float weight, const Add& add) {
+// `part_at(part)` returns one of `count` parts.
+template <typename PartAt, typename Add>
+void split_sample(size_t count, const PartAt& part_at, const Rgb& radiance, float weight, const Add& add) {
   const double w = weight;
   for (int c = 0; c < 3; ++c) {
     FilmSum rest;
     rest.add(w * static_cast<double>(radiance[c]));
     size_t largest = 0;
-    for (size_t i = 1; i < parts.size(); ++i)
-      if (std::abs(parts[i][c]) > std::abs(parts[largest][c])) largest = i;
-    for (size_t i = 0; i < parts.size(); ++i) {
-      if (parts[i][c] == 0.0f || i == largest) continue;
+    float magnitude = count > 0 ? std::abs(part_at(0)[c]) : 0.0f;
+    for (size_t i = 1; i < count; ++i)
+      if (const float other = std::abs(part_at(i)[c]); other > magnitude) {
+        magnitude = other;
+        largest = i;
+      }
+    for (size_t i = 0; i < count; ++i) {
+      const float part = part_at(i)[c];
+      if (part == 0.0f || i == largest) continue;
       FilmSum term;
-      term.add(w * static_cast<double>(parts[i][c]));
+      term.add(w * static_cast<double>(part));
       rest.subtract(term);
       add(i, c, term);
     }

@@ -5,7 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/integrator/caustics.h"
 #include "renderer/integrator/whitted_settings.h"
-#include "renderer/world/light_grouping.h"
+#include "renderer/world/light_groups/light_grouping.h"
 
 #include <cstdint>
 #include <optional>

@@ -85,7 +85,7 @@ void PathIntegrator::start_paths(size_t count, PathContext& context) const {
     context.states[slot] = PathState{};
     if (context.recorder) context.recorder->start_path(slot);
   }
-  if (context.split_light) context.split_light->start(count);
+  for (size_t slot = 0; context.split_light && slot < count; ++slot) context.split_light->view.start(slot);
   if (!context.surfaces.empty()) std::fill_n(context.surfaces.begin(), count, FilmSurface{});
   if (!context.first_hits.empty()) std::fill_n(context.first_hits.begin(), count, accel::Hit{});
   context.counters.paths += count;
@@ -176,7 +176,8 @@ void PathIntegrator::finish_batch(std::span<const PixelRect> blocks, size_t path
       film.add_caught(camera_sample.pixel, *caught, camera_sample.filter_weight);
     }
     film.add(camera_sample.pixel, sample);
-    if (context.split_light && !caught) add_split(slot, radiance, context, film);
+    if (context.split_light && !caught)
+      context.split_light->view.add_to(film.view(), film.index_of(camera_sample.pixel), slot, sample, stages_.settings);
     if (context.surfaces.empty()) continue;
     FilmSurface& surface = context.surfaces[slot];
     surface.emission = caught ? Rgb(0.0f) : state.light[kEmission];

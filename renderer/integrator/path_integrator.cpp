@@ -44,6 +44,7 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     unshaded_ = std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, AovSet{}, guide);
     unshaded_->accelerator_ = &catchers_->unshaded();
     unshaded_->light_groups_ = {};
+    unshaded_->groups_ = {};
   }
   light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
   stages_.light_paths = light_paths_.get();
@@ -51,6 +52,7 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     photon_maps_ = std::make_unique<PhotonMaps>(light_paths_->photon_paths_per_sample());
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
+  groups_ = light_groups_.view(world.surface_nodes());
 }
 
 namespace {
@@ -70,15 +72,13 @@ std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   const size_t size = std::max<size_t>(stages_.settings.batch_size, LevelList::kMaxOfLevel);
   const auto direct_samples = static_cast<size_t>(stages_.settings.direct_samples);
   auto context = std::make_unique<PathContext>(size, direct_samples, aovs_);
-  if (!light_groups_.names.empty() || aovs_.needs_light_passes() || aovs_.needs_lobe_colors())
-    context->split_light = std::make_unique<SplitLight>(size, size * direct_samples, light_groups_.names.size());
-  if (!light_groups_.names.empty() || aovs_.needs_light_passes()) context->light_paths.splits = &light_groups_;
+  const bool splits = groups_.count > 0 || aovs_.needs_light_passes();
+  if (splits || aovs_.needs_lobe_colors())
+    context->split_light =
+        std::make_unique<SplitLight>(size, size * direct_samples, groups_, stages_.settings.path_reuse > 1);
+  if (splits) context->light_paths.splits = &groups_;
   if (stages_.settings.path_reuse > 1)
     context->reuse = std::make_unique<PathReuse>(size, static_cast<uint32_t>(stages_.settings.path_reuse));
-  if (context->reuse && context->split_light) {
-    context->split_light->tails.resize(size * std::max<size_t>(light_groups_.names.size(), 1));
-    context->split_light->second_groups.resize(size);
-  }
   if (unshaded_) context->caught = std::make_unique<CaughtPaths>(size, unshaded_->make_path_context());
   return context;
 }

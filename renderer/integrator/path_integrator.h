@@ -8,7 +8,7 @@
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/stages/path_stages.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <memory>
 
@@ -78,11 +78,6 @@ class PathIntegrator final : public Integrator {
   void shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const;
   void tint_shadows(PathContext& context) const; // of trace_shadows()
   void split_shadows(PathContext& context) const;
-  // Light that is shared, by group and pass (split_reuse.cpp): moves the tails out of the sums;
-  // adds what each path receives to them.
-  void take_tails(size_t path_count, PathContext& context) const;
-  void split_shared(size_t path_count, PathContext& context) const;
-  void add_split(size_t slot, const Rgb& radiance, PathContext& context, Film& film) const;
   static void note_first_hits(size_t first, size_t end, PathContext& context);
   [[nodiscard]] static PathInFlight path_at(uint32_t slot, PathContext& context);
 
@@ -94,6 +89,7 @@ class PathIntegrator final : public Integrator {
   PixelFilter filter_;
   AovSet aovs_;
   LightGroups light_groups_; // none: not split by them
+  LightGroupsView groups_;   // theirs
   FirstHits first_hits_;
   std::unique_ptr<LightPaths> light_paths_;  // null: none are traced
   std::unique_ptr<PhotonMaps> photon_maps_;  // null: no photons are gathered

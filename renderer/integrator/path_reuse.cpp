@@ -5,6 +5,7 @@
 #include "renderer/integrator/append_reserved.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/path_trace.h"
+#include "renderer/integrator/stages/split_reuse.h"
 
 #include <algorithm>
 #include <cassert>
@@ -51,7 +52,9 @@ void PathIntegrator::share_paths(std::span<const PixelRect> blocks, const Sample
   find_groups(blocks, samples, reuse.group_size, reuse.groups);
   reuse.rays.clear();
   reuse.ray_links.clear();
-  if (context.split_light) take_tails(path_count, context);
+  if (context.split_light)
+    for (uint32_t slot = 0; slot < path_count; ++slot)
+      take_tail(context.split_light->view, view, slot, context.states[slot]);
   for (uint32_t slot = 0; slot < path_count; ++slot) view.start_sharing(slot, context.states[slot]);
   for (uint32_t slot = 0; slot < path_count; ++slot) {
     const uint32_t traced = view.link_paths(stages_, slot, reuse.groups[slot]);
@@ -68,7 +71,9 @@ void PathIntegrator::share_paths(std::span<const PixelRect> blocks, const Sample
     if (reuse.occluded[i]) reuse.links[reuse.ray_links[i]] = {};
   for (uint32_t slot = 0; slot < path_count; ++slot) view.share_light(slot, reuse.groups[slot]);
   for (uint32_t slot = 0; slot < path_count; ++slot) view.receive(slot, reuse.groups[slot], context.states[slot]);
-  if (context.split_light) split_shared(path_count, context);
+  if (context.split_light)
+    for (uint32_t slot = 0; slot < path_count; ++slot)
+      split_received(context.split_light->view, view, slot, reuse.groups[slot]);
   trace_event(context, [&](PathVertex& vertex) {
     const PathState& state = context.states[context.traced_slot];
     vertex.event = kJoinedEvent;

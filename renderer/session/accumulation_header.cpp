@@ -4,7 +4,7 @@
 
 #include "renderer/session/checked_json.h"
 #include "renderer/session/json_text.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <fmt/format.h>
 

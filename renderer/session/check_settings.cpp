@@ -149,7 +149,6 @@ Result<void> check_split_light(const RenderSettings& settings) {
   if (settings.integrator.kind != IntegratorKind::path)
     return refuse(wanted + ": the integrator '" + std::string(integrator_name(settings.integrator.kind)) +
                   "' does not split its light; use --integrator path");
-  if (needs_device(settings.device)) return refuse(wanted + ": devices do not split light; use --device cpu");
   return {};
 }
 

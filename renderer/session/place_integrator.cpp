@@ -13,6 +13,7 @@
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/light/per_light_sampling.h"
 #include "renderer/session/check_settings.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <tbb/info.h>
 
@@ -49,15 +50,22 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
       make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
   const LightPaths* const beside = light_paths.get();
   stages.light_paths = beside;
+  // More than there may be are refused by check_light_groups().
+  LightGroups groups;
+  if (Result<LightGroups> found =
+          make_light_groups(world, settings.integrator.light_groups, settings.integrator.background.has_value()))
+    groups = std::move(found).value();
   std::unique_ptr<PhotonSource> photons;
   if (beside != nullptr && settings.integrator.photons > 0.0f)
-    photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads);
+    photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads, groups);
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
       *device, settings.integrator,
-      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter, beside},
+      DeviceSceneInput{world, camera, stages, shader, first_hit, sampler, settings.filter, beside,
+                       groups.view(world.surface_nodes())},
       WaveSetup{.aovs = settings.aovs,
+                .light_groups = static_cast<uint32_t>(groups.names.size()),
                 .trims_outliers = settings.outliers == Outliers::trim,
                 .has_rates = settings.sample_rates != SampleRateKind::even,
                 .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,

@@ -11,7 +11,7 @@
 #include "renderer/session/prepare/prepare_paths.h"
 #include "renderer/session/prepare/train_guide.h"
 #include "renderer/session/render_loop.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <tbb/global_control.h>
 #include <tbb/info.h>

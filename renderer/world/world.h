@@ -7,6 +7,7 @@
 #include "renderer/base/owned_arrays.h"
 #include "renderer/base/stopwatch.h"
 #include "renderer/light/light_set.h"
+#include "renderer/world/surface_nodes.h"
 #include "renderer/world/world_view.h"
 
 #include <atomic>
@@ -87,9 +88,8 @@ class World : public WorldView {
   [[nodiscard]] const std::string& material_name(uint32_t material) const { return material_names_[material]; }
   // Returns the index in Scene::nodes of the node whose mesh was hit.
   [[nodiscard]] int node_of(const accel::Hit& hit) const { return node_of(hit.mesh, hit.instance); }
-  [[nodiscard]] int node_of(uint32_t mesh, uint32_t instance) const {
-    return mesh < baked_nodes_.size() ? baked_nodes_[mesh] : instance_nodes_[instance];
-  }
+  [[nodiscard]] int node_of(uint32_t mesh, uint32_t instance) const { return surface_nodes().node_of(mesh, instance); }
+  [[nodiscard]] SurfaceNodes surface_nodes() const { return {baked_nodes_, instance_nodes_}; }
   [[nodiscard]] const FileLightGroups& file_light_groups() const { return file_light_groups_; }
   [[nodiscard]] const WorldStatistics& statistics() const { return statistics_; }
 

@@ -64,8 +64,8 @@ TEST_F(FarmCommand, ReportsErrorsBeforeSubmission) {
   // What each part would refuse.
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--light-paths", "0.25", "--outliers", "trim"}),
                  "--light-paths: not with --outliers trim");
-  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--light-groups", "kind", "--device", "host"}),
-                 "--light-groups: devices do not split light");
+  expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--shadow-catcher", "square", "--device", "host"}),
+                 "--shadow-catcher: not on the device 'host'");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr"}, {"--device-memory", "1G"}), "--device-memory");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.txt"}, {}), "a.txt");
   expect_refused(submit(scene, {"--parts", "2", "-o", "a.exr", "--frames", "1-2"}, {}), "####");

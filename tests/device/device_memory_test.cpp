@@ -126,6 +126,7 @@ uint64_t bytes_of_wave(const WaveSetup& setup, const World& world, const Argumen
   const V2i size(64, 64);
   Film film(size, {V2i(0), size}, setup.aovs);
   if (setup.trims_outliers) film.trim_outliers();
+  film.split_by_light_groups(std::vector<std::string>(setup.light_groups));
   for (int y = 0; y < 64; y += 8)
     for (int x = 0; x < 64; x += 8) EXPECT_EQ(wave.take(0, {V2i(x, y), V2i(x + 8, y + 8)}, {0, 1}), 1U);
   if constexpr (!std::is_same_v<Wave, TreeWaveRunner>) {
@@ -142,6 +143,7 @@ TEST(DeviceMemory, WavesTakeTheirEstimate) {
     setup.aovs.insert(info.aov);
     setup.trims_outliers = !setup.trims_outliers;
     setup.light_paths = setup.trims_outliers ? 0.0f : 1.0f;
+    setup.light_groups = setup.trims_outliers ? 0 : 3;
     const uint64_t of_paths = bytes_of_wave<PathWaveRunner>(setup, *world);
     EXPECT_LE(of_paths, path_wave_bytes(setup));
     EXPECT_GE(of_paths, path_wave_bytes(setup) - kUnusedBlocks);

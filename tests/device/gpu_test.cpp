@@ -334,10 +334,7 @@ TEST_F(AutomaticDevice, TakesTheCpuIfTheSceneHasNoRoom) {
   EXPECT_EQ(use.why_cpu.find("--device"), std::string::npos) << use.why_cpu;
 }
 
-TEST_F(AutomaticDevice, TakesTheCpuForPassesThatDevicesLack) {
-  RenderSettings grouped = automatic();
-  grouped.integrator.light_groups = LightGrouping::kind;
-  EXPECT_NE(render_anywhere(grouped, *world_).why_cpu.find("--light-groups"), std::string::npos);
+TEST_F(AutomaticDevice, TakesTheCpuWithoutAKdTree) {
   const std::unique_ptr<const World> embree = mixed_world(accel::Kind::embree);
   EXPECT_NE(render_anywhere(automatic(), *embree).why_cpu.find("kd-tree"), std::string::npos);
 }

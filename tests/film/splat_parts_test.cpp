@@ -1,6 +1,7 @@
 // Light of light paths by light group and pass: its parts sum to all of it to the bit.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
+#include "tests/film/add_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -175,8 +176,8 @@ TEST(SplatParts, MeansAreThoseOfSamplesPlusThoseOfLightPaths) {
   passes.fill(Rgb(0.0f));
   passes[static_cast<size_t>(LightPass::glossy_indirect)] = Rgb(1.0f);
   film.add({1, 1}, sample);
-  film.add_light_groups({1, 1}, std::array{Rgb(0.25f), Rgb(0.75f), Rgb(0.0f)}, sample);
-  film.add_light_passes({1, 1}, passes, sample);
+  add_light_groups(film, {1, 1}, std::array{Rgb(0.25f), Rgb(0.75f), Rgb(0.0f)}, sample);
+  add_light_passes(film, {1, 1}, passes, sample);
   film.add_light_paths({0, 0}, 2);
   film.add_splat({1, 1}, Rgb(4.0f), {.group = 1, .passes = {Rgb(0.5f), Rgb(0.5f), Rgb(0.0f)}});
   const auto at = [](const std::vector<float>& values) { return values[(6 + 1) * 3]; };

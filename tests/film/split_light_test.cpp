@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/film/film.h"
 #include "renderer/film/write_film.h"
+#include "tests/film/add_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -59,8 +60,8 @@ std::vector<SplitSample> random_split_samples(uint32_t count) {
 
 void add_split(Film& film, const SplitSample& s) {
   film.add(s.pixel, s.sample);
-  film.add_light_groups(s.pixel, s.groups, s.sample);
-  if (film.aovs().needs_light_passes()) film.add_light_passes(s.pixel, s.passes, s.sample);
+  add_light_groups(film, s.pixel, s.groups, s.sample);
+  add_light_passes(film, s.pixel, s.passes, s.sample);
 }
 
 template <typename Record>
@@ -112,7 +113,7 @@ TEST(SplitLight, PartsOfClampedRadianceSumToIt) {
   const Rgb huge(0x1p41f, 1.0f, -0x1p42f);
   const std::array<Rgb, 3> groups{huge * 0.5f, huge * 0.5f, Rgb(0.0f)};
   film.add({1, 1}, {huge, 1.0f, 1.0f});
-  film.add_light_groups({1, 1}, groups, {huge, 1.0f, 1.0f});
+  add_light_groups(film, {1, 1}, groups, {huge, 1.0f, 1.0f});
   expect_parts_sum_to_beauty(film, "light groups", 3);
 }
 
@@ -164,8 +165,8 @@ TEST(SplitLight, MeansAreTakenOverAllSamples) {
   const std::array<Rgb, 3> groups{Rgb(1.0f, 2.0f, 3.0f), Rgb(3.0f, 2.0f, 1.0f), Rgb(0.0f)};
   const FilmSample sample{Rgb(4.0f), 1.0f, 1.0f};
   film.add({0, 0}, sample);
-  film.add_light_groups({0, 0}, groups, sample);
-  film.add_lobe_colors({0, 0}, {Rgb(0.5f), Rgb(0.25f), Rgb(0.125f)}, 1.0f);
+  add_light_groups(film, {0, 0}, groups, sample);
+  film.view().add_lobe_colors(0, {Rgb(0.5f), Rgb(0.25f), Rgb(0.125f)}, 1.0f);
   film.add({0, 0}, {Rgb(0.0f), 1.0f, 1.0f});
   const std::vector<float> key = film.resolve_light_group(0);
   EXPECT_EQ(std::vector<float>(key.begin(), key.begin() + 3), (std::vector<float>{0.5f, 1.0f, 1.5f}));

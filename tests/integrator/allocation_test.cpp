@@ -1,7 +1,7 @@
 // Integrators allocate nothing per sample, counted through the global operator new.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/guide.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/texture/graph_builder.h"
 

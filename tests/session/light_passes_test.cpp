@@ -157,9 +157,6 @@ TEST(LightPasses, AreRefusedByNameWhereLightIsNotSplit) {
     EXPECT_NE(outcome.error().message.find("--aov glossy_color: the integrator '"), std::string::npos)
         << outcome.error().message;
   }
-  RenderSettings settings = passes_render(1);
-  settings.device = DeviceKind::host;
-  EXPECT_FALSE(render(*world, camera, settings, nullptr, nullptr).ok());
 }
 
 } // namespace

@@ -124,6 +124,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
       d.geometry_bytes + instances + lights + environment + Costs::kGuide + budget.of(accel::Kind::kdtree).held;
   const uint64_t tiles = 4 * d.max_images_of_material * kTileBytes + texels_of_images / Costs::kTexelsOfTableByte;
   WaveSetup waves{.aovs = request.aovs,
+                  .light_groups = static_cast<uint32_t>(request.light_groups),
                   .direct_samples = request.direct_samples,
                   .path_reuse = request.path_reuse,
                   .trims_outliers = request.trims_outliers,

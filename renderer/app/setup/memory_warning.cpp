@@ -7,7 +7,7 @@
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/session/prepare/choose_light_paths.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <tbb/task_arena.h>
 

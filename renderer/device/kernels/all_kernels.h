@@ -8,4 +8,5 @@
 #include "renderer/device/kernels/path_kernels.h"       // IWYU pragma: export
 #include "renderer/device/kernels/ray_batch.h"          // IWYU pragma: export
 #include "renderer/device/kernels/reuse_kernels.h"      // IWYU pragma: export
+#include "renderer/device/kernels/split_kernels.h"      // IWYU pragma: export
 #include "renderer/device/kernels/tree_kernels.h"       // IWYU pragma: export

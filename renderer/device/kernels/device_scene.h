@@ -13,6 +13,7 @@
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sampler.h"
+#include "renderer/world/light_groups/light_groups_view.h"
 #include "renderer/world/world_view.h"
 
 namespace kindling {
@@ -29,6 +30,7 @@ struct DeviceScene {
   LightPathStages light_paths; // if stages.light_paths is set
   PathStages stages;           // of the path tracer
   WhittedShader shader;        // of the Whitted tracer
+  LightGroupsView groups;      // of waves that split light
   FirstHitStages first_hit;    // of ambient occlusion and the debug views
   Sampler sampler;
   PixelFilter filter;

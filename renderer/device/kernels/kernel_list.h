@@ -31,8 +31,15 @@ struct RayBatch;
   KERNEL(share_light, PathWave)                                                                                        \
   KERNEL(receive_light, PathWave)                                                                                      \
   KERNEL(finish_pixel, PathWave)                                                                                       \
+  KERNEL(begin_split, PathWave)                                                                                        \
+  KERNEL(shade_split, PathWave)                                                                                        \
+  KERNEL(split_shadow, PathWave)                                                                                       \
+  KERNEL(split_tail, PathWave)                                                                                         \
+  KERNEL(split_shared, PathWave)                                                                                       \
+  KERNEL(finish_split_pixel, PathWave)                                                                                 \
   KERNEL(begin_light_path, PathWave)                                                                                   \
   KERNEL(scatter_light_path, PathWave)                                                                                 \
+  KERNEL(scatter_split_light_path, PathWave)                                                                           \
   KERNEL(trace_sight, PathWave)                                                                                        \
   KERNEL(trace_sight_opaque, PathWave)                                                                                 \
   KERNEL(begin_tree, TreeWave)                                                                                         \

@@ -40,7 +40,8 @@ inline void begin_light_path(const PathWave& wave, uint32_t slot) {
 }
 
 // Moves an active light path on from its hit, and joins it to the camera there.
-inline void scatter_light_path(const PathWave& wave, uint32_t launched) {
+template <bool kSplits>
+inline void move_light_path(const PathWave& wave, uint32_t launched) {
   const uint32_t number = number_of(wave.tiles, launched);
   const DeviceScene& scene = *wave.scene;
   const uint32_t slot = wave.active.paths[number];
@@ -48,13 +49,18 @@ inline void scatter_light_path(const PathWave& wave, uint32_t launched) {
   accel::Ray ray = wave.path_rays[slot];
   WaveLightPath& path = wave.light_paths[slot];
   std::optional<LightJoint> joint;
+  SplatParts parts;
   bool continues = false;
   if (hit.is_hit()) {
     SurfacePoint surface;
+    const accel::Ray arrived = ray;
     begin_look_ups(wave.tiles);
     scene.world.surface_at(ray, hit, surface);
     if (waits_for_tiles(wave.tiles, number)) return;
     continues = scene.light_paths.scatter(scene.stages, hit, surface, ray, path.state, joint);
+    if constexpr (kSplits)
+      if (joint)
+        parts = scene.light_paths.parts_of(scene.stages, scene.groups, surface, hit, arrived, path.state, *joint);
   }
   if (continues) {
     wave.path_rays[slot] = ray;
@@ -67,7 +73,12 @@ inline void scatter_light_path(const PathWave& wave, uint32_t launched) {
   const uint32_t place = wave.shadows.take_places(1);
   wave.shadow_rays[place] = joint->sight;
   wave.splats[place] = {joint->film_px, joint->radiance};
+  if constexpr (kSplits) wave.splat_parts[place] = parts;
 }
+
+inline void scatter_light_path(const PathWave& wave, uint32_t number) { move_light_path<false>(wave, number); }
+// The same where light is split by light group and first event.
+inline void scatter_split_light_path(const PathWave& wave, uint32_t number) { move_light_path<true>(wave, number); }
 
 // Takes away what the camera does not see.
 inline void trace_sight(const PathWave& wave, uint32_t number) {

@@ -52,6 +52,7 @@ struct WaveSink {
   uint32_t light_samples = 1; // at this surface: the most shadow rays that it adds
   uint32_t first_shadow = 0, shadow_count = 0;
 
+  [[nodiscard]] static WaveSink of(const PathWave& wave) { return {wave}; }
   void extend(const PathInFlight& path, const accel::Ray& ray) {
     wave.path_rays[path.slot] = ray;
     ++wave.rays[path.slot].bounces;
@@ -71,10 +72,12 @@ struct WaveSink {
     if constexpr (kBeside == Beside::photons)
       path.state.light[kIndirect] += gathered_light(wave.scene->stages, wave.photons, vertex, path, radius2);
   }
-  // Guides are trained, samples replayed, and light groups and passes rendered on the CPU.
   static constexpr bool kSplits = false;
   static constexpr bool kReuses = kReuse;
-  [[nodiscard]] ReusedPath* reused(const PathInFlight& path) const { return wave.reuse.paths + path.slot; }
+  [[nodiscard]] ReusedPath* reused(const PathInFlight& path) const {
+    return wave.reuse.paths != nullptr ? wave.reuse.paths + path.slot : nullptr;
+  }
+  // Guides are trained, and samples replayed, on the CPU.
   static constexpr bool records() { return false; }
   void arrive(const PathInFlight& /*path*/, const SurfacePoint* /*surface*/) {}
   void escape(const PathInFlight& /*path*/, const accel::Ray& /*ray*/) {}
@@ -106,7 +109,7 @@ struct LightsInTurn {
   }
 };
 
-template <Beside kBeside, bool kReuse = false>
+template <typename Sink>
 inline void shade_path(const PathWave& wave, uint32_t launched) {
   const uint32_t number = number_of(wave.tiles, launched);
   const PathStages& stages = wave.scene->stages;
@@ -120,16 +123,21 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
                           wave.media[slot],
                           wave.surfaces != nullptr ? wave.surfaces + slot : nullptr,
                           wave.map_sample};
-  WaveSink<kBeside, kReuse> sink{wave};
+  Sink sink = Sink::of(wave);
+  const auto add_shapes = [&] {
+    if (!world.lights.has_shapes) return;
+    stages.add_shapes(ray, hit, path, sink);
+    if constexpr (Sink::kSplits) sink.split_shapes(stages, ray, hit, path);
+  };
   if (!hit.is_hit()) {
     const EnvironmentView::Location at = world.lights.locate_in_environment(ray.direction);
-    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
+    add_shapes();
     stages.shade_escaped(ray, at, path, sink);
     return;
   }
   if (const std::optional<float> distance = stages.scatter_distance(hit.t, path)) {
     (void)stages.measure_footprint(ray, *distance, path.state);
-    if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
+    add_shapes();
     stages.scatter_in_medium(ray, *distance, path, sink);
     return;
   }
@@ -150,79 +158,87 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
     query = stages.light_query(surface, ray.time, sampled);
     if (stages.samples_light(surface)) lights.count = sink.light_samples = stages.light_sample_count(path.state);
   }
-  if (world.lights.has_shapes) stages.add_shapes(ray, hit, path, sink);
+  add_shapes();
   stages.shade_hit(ray, hit, surface, sampled, lights, path, sink);
   if (wave.first_hits != nullptr && path.surface->hit && !wave.first_hits[slot].hit.is_hit())
     wave.first_hits[slot].hit = hit;
 }
 
 // Shades the hit of an active path, or what it sees beyond the scene.
-inline void shade(const PathWave& wave, uint32_t number) { shade_path<Beside::nothing>(wave, number); }
+inline void shade(const PathWave& wave, uint32_t number) { shade_path<WaveSink<Beside::nothing, false>>(wave, number); }
 // The same beside light paths, whose weights take more of a GPU, and with photons.
 inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) {
-  shade_path<Beside::light_paths>(wave, number);
+  shade_path<WaveSink<Beside::light_paths, false>>(wave, number);
 }
-inline void shade_beside_photons(const PathWave& wave, uint32_t number) { shade_path<Beside::photons>(wave, number); }
+inline void shade_beside_photons(const PathWave& wave, uint32_t number) {
+  shade_path<WaveSink<Beside::photons, false>>(wave, number);
+}
 // The same where paths are shared between pixels.
-inline void shade_reused(const PathWave& wave, uint32_t number) { shade_path<Beside::nothing, true>(wave, number); }
+inline void shade_reused(const PathWave& wave, uint32_t number) {
+  shade_path<WaveSink<Beside::nothing, true>>(wave, number);
+}
 
-// Adds the light of an unblocked shadow ray.
-inline void add_light(const PathWave& wave, const ShadowRecord& record) {
+// Adds the light of a shadow ray to its path, if it is visible, and leaves it for split_shadow().
+inline void add_light(const PathWave& wave, uint32_t number, const ShadowRecord& record, bool visible) {
+  if (wave.split.by_pass != nullptr)
+    wave.shadow_records[number].record.contribution = visible ? record.contribution : Rgb(0.0f);
+  if (!visible) return;
   if (record.light_class == kReusedLight)
     wave.reuse.paths[record.slot].light = record.contribution;
   else
     PathStages::add_light(record, wave.states[record.slot]);
 }
 
-// Adds the light of a shadow ray to its path if nothing is in between.
-inline void trace_one_shadow(const PathWave& wave, uint32_t number) {
-  const DeviceScene& scene = *wave.scene;
-  accel::Ray ray = wave.shadow_rays[number];
-  ShadowRecord record = wave.shadow_records[number].record;
-  uint32_t& rays = wave.rays[record.slot].shadows;
+// Traces a shadow ray. True if it reaches its light; thin walls on the way tint it.
+inline bool reaches_light(const DeviceScene& scene, accel::Ray ray, ShadowRecord& record, uint32_t& rays) {
   ++rays;
-  if (scene.world.probe_is_blocked(ray)) return;
-  if (scene.world.has_thin_walls) {
-    ray.flags = kHitThinWalls;
-    SurfacePoint scratch;
-    for (uint32_t thin_wall = 0;; ++thin_wall) {
-      if (thin_wall == kMaxTransparentSurfaces) return; // behind too many thin walls
-      const accel::Hit hit = scene.world.probe_hit(ray);
-      ++rays;
-      if (!hit.is_hit()) break;
-      const PathStages::ThinWall wall = scene.stages.pass_thin_wall(hit, ray, scratch, record.contribution);
-      if (wall == PathStages::ThinWall::blocks) return;
-      if (wall == PathStages::ThinWall::last) break;
-    }
+  if (scene.world.probe_is_blocked(ray)) return false;
+  if (!scene.world.has_thin_walls) return true;
+  ray.flags = kHitThinWalls;
+  SurfacePoint scratch;
+  for (uint32_t thin_wall = 0; thin_wall < kMaxTransparentSurfaces; ++thin_wall) {
+    const accel::Hit hit = scene.world.probe_hit(ray);
+    ++rays;
+    if (!hit.is_hit()) return true;
+    const PathStages::ThinWall wall = scene.stages.pass_thin_wall(hit, ray, scratch, record.contribution);
+    if (wall == PathStages::ThinWall::blocks) return false;
+    if (wall == PathStages::ThinWall::last) return true;
   }
-  add_light(wave, record);
+  return false; // behind too many thin walls
 }
 
 // Traces the shadow rays of a path, if the first one has this number.
 inline void trace_shadow(const PathWave& wave, uint32_t number) {
   const uint32_t count = wave.shadow_records[number].count;
-  for (uint32_t i = 0; i < count; ++i) trace_one_shadow(wave, number + i);
+  for (uint32_t i = number; i < number + count; ++i) {
+    ShadowRecord record = wave.shadow_records[i].record;
+    const bool visible = reaches_light(*wave.scene, wave.shadow_rays[i], record, wave.rays[record.slot].shadows);
+    add_light(wave, i, record, visible);
+  }
 }
 
 // The same where WorldView::filters_hits is false, so there are no thin walls either.
 inline void trace_shadow_opaque(const PathWave& wave, uint32_t number) {
   const uint32_t count = wave.shadow_records[number].count;
-  for (uint32_t i = 0; i < count; ++i) {
-    const ShadowRecord& record = wave.shadow_records[number + i].record;
+  for (uint32_t i = number; i < number + count; ++i) {
+    const ShadowRecord& record = wave.shadow_records[i].record;
     ++wave.rays[record.slot].shadows;
-    if (accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number + i], accel::kd::compact::AcceptAll{}))
-      continue;
-    add_light(wave, record);
+    const bool blocked =
+        accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[i], accel::kd::compact::AcceptAll{});
+    add_light(wave, i, record, !blocked);
   }
 }
 
-// Adds the samples of a pixel to its sums.
-inline void finish_pixel(const PathWave& wave, uint32_t pixel) {
-  add_pixel(wave, pixel, [&](uint32_t slot) {
+// Returns the function that add_pixel() asks for a path's light.
+[[nodiscard]] inline auto finished_path(const PathWave& wave) {
+  return [&wave](uint32_t slot) {
     PathState& state = wave.states[slot];
     const Rgb radiance = wave.scene->stages.radiance_of(state);
     return FinishedSample{radiance, state.alpha, state.light[kEmission], state.light[kDirect]};
-  });
+  };
 }
+
+// Adds the samples of a pixel to its sums.
+inline void finish_pixel(const PathWave& wave, uint32_t pixel) { add_pixel(wave, pixel, finished_path(wave)); }
 
 } // namespace kindling::kernels

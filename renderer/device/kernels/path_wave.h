@@ -9,6 +9,7 @@
 #include "renderer/integrator/stages/path_state.h"
 #include "renderer/integrator/stages/photon_view.h"
 #include "renderer/integrator/stages/reuse_paths.h"
+#include "renderer/integrator/stages/split_view.h"
 
 #include <cstdint>
 
@@ -59,6 +60,7 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
+  SplitView split;         // null by_pass: light is not split
   ReuseView reuse;         // null paths: none are shared between pixels
   WaveQueue reuse_links;   // numbers of the links whose rays are traced, as ReuseView::links counts them
   PhotonMapView photons;   // of all samples of the wave
@@ -68,6 +70,7 @@ struct PathWave : Wave {
   uint64_t first_light_path = 0;        // of the round, among those of the wave
   WaveLightPath* light_paths = nullptr; // of the round
   WaveSplat* splats = nullptr;          // by shadow ray
+  SplatParts* splat_parts = nullptr;    // likewise, if light is split
 };
 
 } // namespace kindling

@@ -92,9 +92,14 @@ struct FinishedSample {
   Rgb emission{0.0f}, direct{0.0f}; // for AOVs
 };
 
-// Adds the samples of a pixel to its sums. `finished(slot)` returns a FinishedSample.
-template <typename Finished>
-inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished) {
+struct AddNothing {
+  void operator()(uint32_t /*slot*/, const FilmSample& /*sample*/) const {}
+};
+
+// Adds the samples of a pixel to its sums. `finished(slot)` returns a FinishedSample;
+// `add_more(slot, FilmSample)` adds what else the film has of it.
+template <typename Finished, typename AddMore = AddNothing>
+inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished, const AddMore& add_more = {}) {
   const uint32_t number = block_of<&WaveBlock::first_pixel>(wave, pixel);
   const WaveBlock& block = wave.blocks[number];
   const WavePixel own = pixel_of(wave, block, pixel - block.first_pixel);
@@ -111,7 +116,9 @@ inline void add_pixel(const Wave& wave, uint32_t pixel, const Finished& finished
       if (wave.first_hits != nullptr) wave.first_hits[slot].lost = true;
       continue;
     }
-    wave.film.add(pixel, {done.radiance, done.alpha, sample.filter_weight, sample.sample_index});
+    const FilmSample of_film{done.radiance, done.alpha, sample.filter_weight, sample.sample_index};
+    wave.film.add(pixel, of_film);
+    add_more(slot, of_film);
     if (wave.surfaces == nullptr) continue;
     FilmSurface& surface = wave.surfaces[slot];
     surface.emission = done.emission;

@@ -5,7 +5,6 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/photons/photon_maps.h"
-#include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/rest_surface.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
@@ -15,19 +14,6 @@
 #include <utility>
 
 namespace kindling {
-
-namespace {
-
-// The surface of a joint as the camera sees it; `ray` is that which reached it from the light.
-SeenSurface seen_at(const LightJoint& joint, const PathStages& stages, const SurfacePoint& surface,
-                    const accel::Hit& hit, const accel::Ray& ray, SurfacePoint& scratch) {
-  SeenSurface seen{scratch};
-  seen.find(*stages.world, surface.position, -joint.direction, hit, ray.time);
-  seen.look(stages, -joint.direction, false, 0, 0.0f, 0.0f);
-  return seen;
-}
-
-} // namespace
 
 LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_world, const Camera& seen_by,
                        const PixelFilter& filter, uint32_t render_seed)
@@ -231,7 +217,7 @@ float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& sur
                                const accel::Ray& ray, const LightPathState& path, float arriving,
                                const LightJoint& joint) const {
   SurfacePoint scratch;
-  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
+  const SeenSurface seen = SeenSurface::from_camera(stages, surface.position, joint.direction, hit, ray.time, scratch);
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
                     -joint.direction);
   if (stages.patches) guided.guide_to(*stages.patches, seen.surface.position);
@@ -242,22 +228,6 @@ float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& sur
   const float found = path.narrow_probability / (joint.ratio * cosine_over_density);
   const float sampled = path.first_pdf > 0.0f ? 1.0f / (joint.scale * arriving * path.first_pdf) : 0.0f;
   return 1.0f / (found + sampled);
-}
-
-SplatParts LightPaths::parts_of(const PathStages& stages, const LightGroups& groups, const SurfacePoint& surface,
-                                const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
-                                const LightJoint& joint) const {
-  SplatParts parts;
-  parts.group = group_of(groups, path);
-  SurfacePoint scratch;
-  const SeenSurface seen = seen_at(joint, stages, surface, hit, ray, scratch);
-  const V3f local = seen.frame.to_local(-ray.direction);
-  const FirstEvent event = event_towards(*seen.bsdf, local, local.z < 0.0f);
-  if (event.kind == FirstEvent::Kind::transmission)
-    parts.passes = {Rgb(0.0f), Rgb(0.0f), Rgb(1.0f)};
-  else
-    parts.passes = {event.diffuse, Rgb(1.0f) - event.diffuse, Rgb(0.0f)};
-  return parts;
 }
 
 void LightPaths::keep_visible(LightPathContext& context, RayCounters& counters) const {

@@ -9,7 +9,7 @@
 #include "renderer/light/emission_sampling.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/sampling/sample_range.h"
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups_view.h"
 #include "renderer/world/world.h"
 
 #include <cstdint>
@@ -40,10 +40,10 @@ struct LightPathContext {
   std::vector<Splat> splats; // parallel to camera_rays
   std::vector<accel::Ray> camera_rays;
   std::vector<uint8_t> occluded;
-  std::vector<Splat> found;               // of all paths
-  bool measures = false;                  // finds Splat::traced_ratio, for a pilot
-  const LightGroups* splits = nullptr;    // finds Splat::parts and Photon::group; the groups may have no names
-  std::vector<Photon>* photons = nullptr; // set while paths leave photons and are not joined to the camera
+  std::vector<Splat> found;                // of all paths
+  bool measures = false;                   // finds Splat::traced_ratio, for a pilot
+  const LightGroupsView* splits = nullptr; // finds Splat::parts and Photon::group; there may be no groups
+  std::vector<Photon>* photons = nullptr;  // set while paths leave photons and are not joined to the camera
 };
 
 // Traces light paths in addition to those from the camera (Arvo 1986, "Backward Ray Tracing"; Veach
@@ -93,17 +93,6 @@ class LightPaths : public LightPathStages {
   [[nodiscard]] float traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                    const accel::Ray& ray, const LightPathState& path, float arriving,
                                    const LightJoint& joint) const;
-  // Returns the group of the light that a path comes from; 0 if there are none.
-  [[nodiscard]] uint8_t group_of(const LightGroups& groups, const LightPathState& path) const {
-    if (groups.names.empty()) return 0;
-    const uint32_t emitter = path.emitted.emitter;
-    return emitter == emission.environment_emitter() ? groups.environment : groups.of_emitter[emitter];
-  }
-  // Returns the parts of the light that light from a joint belongs to, as SplittingSink splits the
-  // light of paths from the camera.
-  [[nodiscard]] SplatParts parts_of(const PathStages& stages, const LightGroups& groups, const SurfacePoint& surface,
-                                    const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
-                                    const LightJoint& joint) const;
   void keep_visible(LightPathContext& context, RayCounters& counters) const;
 
   const World& world_;

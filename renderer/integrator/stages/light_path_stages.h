@@ -3,11 +3,13 @@
 #pragma once
 
 #include "accel/ray.h"
+#include "renderer/film/split_light.h"
 #include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/integrator/stages/outside_pixels.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/light/emission_view.h"
 #include "renderer/sampling/sample_range.h"
+#include "renderer/world/light_groups/light_groups_view.h"
 
 #include <cmath>
 #include <cstdint>
@@ -84,6 +86,17 @@ struct LightPathStages : LightPathView {
   // to the camera's.
   [[nodiscard]] bool take_color(uint32_t material, bool crosses, const PathStages::LayersHere& layers,
                                 LightPathState& path) const;
+  // Returns the group of the light that a path comes from; 0 if there are none.
+  [[nodiscard]] uint8_t group_of(const LightGroupsView& groups, const LightPathState& path) const {
+    if (groups.count == 0) return 0;
+    const uint32_t emitter = path.emitted.emitter;
+    return emitter == emission.environment_emitter() ? groups.environment : groups.of_emitter[emitter];
+  }
+  // Returns the parts of the light that light from a joint belongs to, as SplitSink splits the
+  // light of paths from the camera. Surface, hit and ray are those at the joint.
+  [[nodiscard]] SplatParts parts_of(const PathStages& paths, const LightGroupsView& groups, const SurfacePoint& surface,
+                                    const accel::Hit& hit, const accel::Ray& ray, const LightPathState& path,
+                                    const LightJoint& joint) const;
   void join_camera(const PathStages& paths, const SurfacePoint& surface, const accel::Hit& hit, const accel::Ray& ray,
                    const LightPathState& path, std::optional<LightJoint>& joint) const;
 

@@ -16,6 +16,15 @@ struct SeenSurface {
   std::optional<SurfaceBsdf> bsdf{};
   PathStages::LayersHere layers{};
 
+  // Returns the surface at a position that the camera sees along `direction`, outside of media and
+  // in all wavelengths.
+  [[nodiscard]] static SeenSurface from_camera(const PathStages& stages, const V3f& position, const V3f& direction,
+                                               const accel::Hit& hit, float time, SurfacePoint& scratch) {
+    SeenSurface seen{scratch};
+    seen.find(*stages.world, position, -direction, hit, time);
+    seen.look(stages, -direction, false, 0, 0.0f, 0.0f);
+    return seen;
+  }
   // Evaluates the surface at a hit as it is seen from a direction.
   void find(const WorldView& world, const V3f& position, const V3f& wo, const accel::Hit& hit, float time) {
     const accel::Ray ray{.origin = position + wo, .direction = -wo, .time = time};

@@ -68,10 +68,12 @@ OP u64 brev_b64(u64 a) { return u64{reversed(static_cast<u32>(a))} << 32 | rever
 OP u32 bfe_u32(u32 a, u32 at, u32 bits) { return static_cast<u32>(field(a, at & 255, bits & 255)); }
 OP u32 bfi_b32(u32 a, u32 b, u32 at, u32 bits) { return inserted(a, b, at & 255, bits & 255); }
 
-// 9.7.2, carry, which is no register.
+// 9.7.2, carry and borrow, which are no register.
 OP u64 add_cc_s64(u64 a, u64 b, bool& carry) { return add_with_carry(a, b, false, carry); }
 OP u64 addc_cc_s64(u64 a, u64 b, bool& carry) { return add_with_carry(a, b, carry, carry); }
 OP u64 addc_s64(u64 a, u64 b, bool& carry) { return a + b + (carry ? 1 : 0); }
+OP u64 sub_cc_s64(u64 a, u64 b, bool& carry) { return subtract_with_borrow(a, b, false, carry); }
+OP u64 subc_cc_s64(u64 a, u64 b, bool& carry) { return subtract_with_borrow(a, b, carry, carry); }
 
 // 9.7.3, floating point. rcp.rn is 1 / a, rounded once.
 OP f32 add_rn_f32(f32 a, f32 b) { return with_nan(a + b); }

@@ -60,6 +60,11 @@ inline u64 add_with_carry(u64 a, u64 b, bool in, bool& out) {
   out = sum >> 64 != 0;
   return static_cast<u64>(sum);
 }
+inline u64 subtract_with_borrow(u64 a, u64 b, bool in, bool& out) {
+  const u128 taken = u128{b} + (in ? 1 : 0);
+  out = a < taken;
+  return static_cast<u64>(a - taken);
+}
 template <typename T>
 T smaller(T a, T b) {
   if (a != a || b != b) return a == a ? a : b == b ? b : with_nan(a);

@@ -24,6 +24,8 @@ REGISTERS = "".join(f".reg .{kind} {prefix}<9>;" for kind, prefix in PREFIX.item
 # Kernels by name. %rd0 is the address of 64 KiB, %r0 the number of the thread.
 KERNELS = {
     "carry": "ld.u64 %rd1, [%rd0]; add.cc.s64 %rd2, %rd1, %rd1; addc.cc.s64 %rd3, 5, 0; st.u64 [%rd0], %rd2; st.u64 [%rd0+8], %rd3;",
+    "borrow": "ld.u64 %rd1, [%rd0]; sub.cc.s64 %rd2, 3, %rd1; subc.cc.s64 %rd3, 5, 5; subc.cc.s64 %rd4, 9, 0; st.u64 [%rd0], %rd2; st.u64 [%rd0+8], %rd3;"
+    "st.u64 [%rd0+16], %rd4;",
     "vectors": "ld.v2.u8 {%rs1, %rs2}, [%rd0+2]; mov.b32 %r1, {%rs2, %rs1}; ld.v4.f32 {%f1, %f2, %f3, %f4}, [%rd0+16];"
     "st.v4.f32 [%rd0+32], {%f4, %f3, %f2, %f1}; st.u32 [%rd0], %r1; mov.b64 {%r2, %r3}, 0x1234567890abcdef; st.v2.u32 [%rd0+8], {%r3, %r2};",
     "sign_of_loads": "ld.s8 %rs1, [%rd0]; ld.s32 %rd1, [%rd0+4]; ld.u8 %rs2, [%rd0]; st.u16 [%rd0+16], %rs1; st.u64 [%rd0+24], %rd1; st.u16 [%rd0+18], %rs2;",
@@ -162,6 +164,20 @@ class Translated(unittest.TestCase):
         self.write(0, 2**62)
         self.assertEqual(self.launch("carry"), 0)
         self.assertEqual((self.read(0, 8), self.read(8, 8)), (2**63, 5))
+
+    def test_a_borrow_goes_to_the_next_subtraction(self):
+        for subtracted, expected in ((4, (2**64 - 1, 2**64 - 1, 8)), (3, (0, 0, 9))):
+            self.write(0, subtracted)
+            self.assertEqual(self.launch("borrow"), 0)
+            self.assertEqual((self.read(0, 8), self.read(8, 8), self.read(16, 8)), expected)
+
+    def test_tables_are_declared_with_their_alignment(self):
+        # Else a compiler expects arrays of 16 bytes at multiples of 16, and takes x | 4 for x + 4.
+        texts = [path.read_text(encoding="utf-8") for path in pathlib.Path(self.folder.name).rglob("*.cpp")]
+        declared = [line for text in texts for line in text.split("\n") if "u8 ntable" in line]
+        self.assertGreaterEqual(len(declared), 2)
+        for line in declared:
+            self.assertIn("u8 ntable alignas(2)[4]", line)
 
     def test_vectors_and_signs(self):
         self.write(0, 0xAABB1122)

@@ -23,9 +23,9 @@ using namespace ptx;
 
 
 def declaration(symbol):
-    """Of a Function or of a variable, as a Memory."""
+    """Of a Function or of a variable, as a Memory, which is aligned as in the PTX and no better."""
     if isinstance(symbol, Memory):
-        return f"u8 {cpp_name(symbol.name)}[{symbol.size}]"
+        return f"u8 {cpp_name(symbol.name)} alignas({symbol.align})[{symbol.size}]"
     memory = [f"char* {cpp_name(one.name)}" for one in symbol.results + symbol.parameters]
     return f"void {cpp_name(symbol.name)}({', '.join(['Thread& t', *memory])})"
 
@@ -46,7 +46,7 @@ def tables(variables, functions):
     for one in entries:
         if [memory.size for memory in one.parameters] != [8, 4]:
             raise PtxError(f"{one.name}: entry points have an address and a number as parameters")
-    lines = [HEAD] + [f"alignas({one.align}) {declaration(one)} = {{{one.values or 0}}};" for one in variables]
+    lines = [HEAD] + [f"{declaration(one)} = {{{one.values or 0}}};" for one in variables]
     lines += [f"{declaration(one)};" for one in entries]
     rows = ", ".join(f"{{u64({cpp_name(one.name)}), {one.size}}}" for one in variables)
     lines.append(f"extern const std::vector<Region> ptx_variables{{{rows}}};")

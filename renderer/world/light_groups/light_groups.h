@@ -3,8 +3,8 @@
 #pragma once
 
 #include "renderer/base/result.h"
-#include "renderer/light/light_sample.h"
-#include "renderer/world/light_grouping.h"
+#include "renderer/world/light_groups/light_grouping.h"
+#include "renderer/world/light_groups/light_groups_view.h"
 #include "renderer/world/world.h"
 
 #include <cstddef>
@@ -18,21 +18,15 @@ inline constexpr size_t kMaxLightGroups = 64;
 
 // The group of everything that emits. All are indices into `names`.
 struct LightGroups {
-  static constexpr uint8_t kByMaterial = 0xff;
-
   std::vector<std::string> names;   // different, without dots and control characters
   uint8_t environment = 0;          // and the background in its place
   std::vector<uint8_t> of_emitter;  // by LightSample::emitter
   std::vector<uint8_t> of_node;     // by World::node_of(): of its surfaces, or kByMaterial; empty: all by material
   std::vector<uint8_t> of_material; // by SurfacePoint::material
 
-  [[nodiscard]] uint8_t of(const LightSample& sample) const {
-    return sample.kind == LightKind::environment ? environment : of_emitter[sample.emitter];
-  }
-  [[nodiscard]] uint8_t of_surface(int node, uint32_t material) const {
-    const bool known = node >= 0 && static_cast<size_t>(node) < of_node.size();
-    return known && of_node[static_cast<size_t>(node)] != kByMaterial ? of_node[static_cast<size_t>(node)]
-                                                                      : of_material[material];
+  // `nodes`: of the world that the groups are of, if its surfaces are asked for.
+  [[nodiscard]] LightGroupsView view(const SurfaceNodes& nodes = {}) const {
+    return {static_cast<uint32_t>(names.size()), environment, of_emitter, of_node, of_material, nodes};
   }
 };
 

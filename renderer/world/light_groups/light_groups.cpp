@@ -1,6 +1,6 @@
 // Names the group of each light, material and node.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/world/light_groups.h"
+#include "renderer/world/light_groups/light_groups.h"
 
 #include <algorithm>
 #include <map>
@@ -70,7 +70,7 @@ class LightGroupsBuilder {
       if (used[i]) groups_.of_material[i] = number_of(material_name(static_cast<uint32_t>(i)));
     if (grouping_ != LightGrouping::extras) return;
     const std::vector<std::string>& of_node = world_.file_light_groups().nodes;
-    groups_.of_node.assign(of_node.size(), LightGroups::kByMaterial);
+    groups_.of_node.assign(of_node.size(), LightGroupsView::kByMaterial);
     for (size_t i = 0; i < of_node.size(); ++i)
       if (!of_node[i].empty()) groups_.of_node[i] = number_of(as_group_name(of_node[i], kRest));
   }
@@ -89,7 +89,8 @@ class LightGroupsBuilder {
   void add_emitters() {
     groups_.of_emitter.assign(world_.lights.triangles.size(), 0);
     for (const EmissiveMesh& mesh : world_.light_set().meshes())
-      std::fill_n(groups_.of_emitter.begin() + mesh.first, mesh.count, groups_.of_surface(mesh.node, mesh.material));
+      std::fill_n(groups_.of_emitter.begin() + mesh.first, mesh.count,
+                  groups_.view().of_surface(mesh.node, mesh.material));
     groups_.of_emitter.insert(groups_.of_emitter.end(), punctuals_.begin(), punctuals_.end());
   }
 

@@ -1,6 +1,6 @@
 // Hands light groups down the node tree.
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/world/file_light_groups.h"
+#include "renderer/world/light_groups/file_light_groups.h"
 
 #include <algorithm>
 
