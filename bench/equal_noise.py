@@ -4,13 +4,14 @@
     bench/equal_noise.py scenes/interior.glb --setting full= --setting "clamped=--clamp-indirect 10" --spp 4,16,64
     bench/equal_noise.py FOLDER --cycles --spp 16 --seeds 2 --check-reference
     bench/equal_noise.py FOLDER --peers cycles,mitsuba,luxcore --clock cpu
+    bench/equal_noise.py FOLDER --peers mitsuba_cuda --setting "gpu=--device gpu" --spp 256
     bench/equal_noise.py FOLDER --denoise --reference-spp 1024 --spp 4,16 --size 320x180 --clock cpu
 
 All get the same camera, environment, size, bounces and threads, and a box filter; none gets denoising, clamps or
 adaptive sampling. --peers installs the renderers from PyPI where they are missing (peers/README.md); --cycles takes an
 installed Blender. Seeds are the outermost loop, so that disturbances of the machine
-affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding or
-building. With --denoise both Kindling and Cycles denoise their images, in equal time (denoised_race.py).
+affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding,
+building or the start of a device. With --denoise both Kindling and Cycles denoise their images, in equal time (denoised_race.py).
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -80,6 +81,8 @@ def parse_arguments(arguments=None):
         parser.error("--strips: has no meaning without --denoise")
     if options.clock == "cpu" and options.cycles:
         parser.error("--clock cpu: the CPU time of Blender includes more than Cycles; use --clock wall")
+    if options.clock == "cpu" and "mitsuba_cuda" in options.peers:
+        parser.error("--clock cpu: a GPU's work takes no CPU time; use --clock wall")
     if options.cycles and CYCLES in options.peers:
         parser.error("--cycles and --peers cycles: give one of them")
     options.setting = options.setting or [Setting("kindling", [])]

@@ -1,7 +1,9 @@
 """Images as NumPy arrays, and the figures that compare a render with a golden."""
 # SPDX-License-Identifier: Apache-2.0
+import io
 import struct
 import subprocess
+import sys
 import tempfile
 import zlib
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ import color_difference
 import flip
 import pixels
 
+NO_READER = "neither oiiotool nor Pillow is installed (Debian: apt-get install openimageio-tools or python3-pil)"
 OPAQUE = 254.5 / 255.0
 # Encoded values between which tone mapping is inverted: not near black, where a byte is coarse, nor
 # near white, where it saturates.
@@ -29,7 +32,10 @@ class Image:
 
 
 def read(path, size_px=None):
-    """Reads any image that OpenImageIO reads, values as stored, resized to (width, height) if given."""
+    """Reads any image that OpenImageIO reads, values as stored, resized to (width, height) if given. Without oiiotool Pillow
+    reads PNG files of 8 bits."""
+    if not size_px and not pixels.has_oiiotool():
+        return read_by_pillow(path)
     with tempfile.TemporaryDirectory() as folder:
         flat = Path(folder) / "flat.tif"
         resize = ["--resize:filter=lanczos3", f"{size_px[0]}x{size_px[1]}"] if size_px else []
@@ -39,6 +45,24 @@ def read(path, size_px=None):
     values = np.nan_to_num(np.frombuffer(values, np.float32).reshape(height, width, channels), posinf=1e6)
     rgb = values[..., :3] if channels >= 3 else np.repeat(values[..., :1], 3, axis=-1)
     return Image(rgb, values[..., channels - 1] if channels in (2, 4) else np.ones((height, width), np.float32))
+
+
+def read_by_pillow(path):
+    """Colors are multiplied by alpha, as OpenImageIO does."""
+    values = np.asarray(pillow().open(path), np.float32) / 255.0
+    if values.ndim == 2 or values.shape[2] < 3:
+        sys.exit(f"{path}: RGB or RGBA was expected; other images need oiiotool (Debian: openimageio-tools)")
+    alpha = values[..., 3] if values.shape[2] == 4 else np.ones(values.shape[:2], np.float32)
+    return Image(values[..., :3] * alpha[..., None], alpha)
+
+
+def pillow():
+    """Pillow's module Image."""
+    try:
+        import PIL.Image
+    except ImportError:
+        sys.exit(NO_READER)
+    return PIL.Image
 
 
 def tone_mapped(image):
@@ -96,6 +120,10 @@ def difference_png(error):
 
 def encode(rgb, alpha=None, quality=85):
     """Bytes of a WebP of (height, width, 3) bytes and alpha in [0, 1]."""
+    if not pixels.has_oiiotool():
+        written = io.BytesIO()
+        pillow().fromarray(with_alpha(rgb, alpha)).save(written, "WEBP", quality=quality)
+        return written.getvalue()
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "a.png", Path(folder) / "a.webp"
         source.write_bytes(png(rgb, alpha))
@@ -105,8 +133,11 @@ def encode(rgb, alpha=None, quality=85):
 
 
 def png(rgb, alpha=None):
-    channels = rgb if alpha is None else np.concatenate([rgb, (np.clip(alpha, 0, 1) * 255).round().astype(np.uint8)[..., None]], -1)
-    return png_file(channels, 2 if alpha is None else 6, [], 1)
+    return png_file(with_alpha(rgb, alpha), 2 if alpha is None else 6, [], 1)
+
+
+def with_alpha(rgb, alpha):
+    return rgb if alpha is None else np.concatenate([rgb, (np.clip(alpha, 0, 1) * 255).round().astype(np.uint8)[..., None]], -1)
 
 
 def png_file(channels, color_type, chunks, level):

@@ -1,4 +1,4 @@
-"""Reading of images through oiiotool, and measures of their noise, for the scripts here."""
+"""Reading of images, through oiiotool where it is installed, and measures of their noise."""
 # SPDX-License-Identifier: Apache-2.0
 import array
 import os
@@ -8,6 +8,9 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from pathlib import Path
+
+import image_files
 
 TRIMMED_FRACTION = 0.001  # worst pixels left out of a noise figure: single fireflies would decide it alone
 RADIANCE_FLOOR = 0.01  # of the squared mean, added to the denominator so that black pixels do not count without limit
@@ -26,13 +29,26 @@ class Image:
 
 
 def read_rgb(path):
-    """Channels R, G, B of any image that OpenImageIO reads, linear values as stored."""
+    """Channels R, G, B of any image that OpenImageIO reads, linear values as stored; without oiiotool, of an EXR file."""
+    if not has_oiiotool():
+        return read_without_oiiotool(path)
     with tempfile.TemporaryDirectory() as folder:
         flat = os.path.join(folder, "flat.tif")
         subprocess.run([oiiotool(), "-q", str(path), "--ch", "R,G,B", "-d", "float", "--scanline", "--planarconfig", "contig",
                         "--compression", "none", "-o", flat], check=True)
         with open(flat, "rb") as file:
             return parse_float_tiff(file.read())
+
+
+def read_without_oiiotool(path):
+    try:
+        width, height, channels, values = image_files.read(Path(path))
+    except image_files.Unsupported as error:
+        sys.exit(str(error))
+    rgb = array.array("f", bytes(12 * width * height))
+    for channel in range(3):
+        rgb[channel::3] = values[channel::channels]
+    return Image(width, height, rgb)
 
 
 def parse_float_tiff(data):
@@ -114,6 +130,10 @@ def small_png(path, width, gain):
                         "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", png], check=True)
         with open(png, "rb") as file:
             return file.read()
+
+
+def has_oiiotool():
+    return shutil.which("oiiotool") is not None
 
 
 def oiiotool():

@@ -86,13 +86,15 @@ def kindling_command(binary, job, spp, seed, image, flags=()):
 
 
 def run_kindling(binary, job, spp, seed, stem, flags=()):
-    """Writes STEM.exr, STEM.json and STEM.log. Times come from --stats: the render phase alone is the path tracing."""
+    """Writes STEM.exr, STEM.json and STEM.log. Times come from --stats: the render phase alone is the path tracing, without the start
+    of a device."""
     image, stats_path = Path(f"{stem}.exr"), Path(f"{stem}.json")
     command = kindling_command(binary, job, spp, seed, image, flags) + ["--stats", stats_path, "--progress", "none"]
     _, wall_s, peak_mb, cpu_s = run_measured(command, Path(f"{stem}.log"))
     with open(stats_path, encoding="utf-8") as file:
         stats = json.load(file)
-    return Run(seed, image, stats["phases"]["training"] + stats["phases"]["render"], stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s,
+    path_tracing_s = stats["phases"]["training"] + max(stats["phases"]["render"] - stats["device"]["start_s"], 1e-9)
+    return Run(seed, image, path_tracing_s, stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s,
                denoise_s=stats["phases"]["denoise"])
 
 

@@ -2,10 +2,10 @@
 """Compares images of a GPU with the CPU's to the bit, and its times; round.sh runs it.
 
 usage: round.py --out FOLDER [--program KINDLING] [--device NAME] [--parts NAME,...] [--seconds N] [--size WxH] [--spp N]
-                [--rounds N] [--rays N]
+                [--rounds N] [--rays N] [--paper-flags FLAGS] [--peer-size WxH] [--peer-spp N]
        round.py --collect FOLDER TO       copies the scenes of FOLDER/scenes.json, with environments, into TO
---parts: of machine, start, split, speed, shootout, scaling, images, bits (all, in this order). --seconds: no new measurement begins
-after that time."""
+--parts: of machine, start, split, speed, shootout, scaling, images, kernels, sanitizer, paper, peer, bits (all, in this order).
+--seconds: no new measurement begins after that time; a third of it is reserved for bits, unless --parts is without it."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
@@ -16,18 +16,27 @@ import statistics
 import subprocess
 import sys
 import tarfile
-import tempfile
-import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests" / "device")]
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import one_round  # noqa: E402  (finds the modules of bench and tests/device)
 import renderers  # noqa: E402
 import same_images  # noqa: E402
+from kernels import kernels  # noqa: E402
+from one_round import ROOT, measured_jobs  # noqa: E402
+from paper_figures import paper  # noqa: E402
+from peer import peer  # noqa: E402
+from sanitizer import TOOLS, sanitizer  # noqa: E402
 
-PARTS = ("machine", "start", "split", "speed", "shootout", "scaling", "images", "bits")
 SIZES = ("64x48", "161x97", "320x180")
-AOVS = "alpha,albedo,normal,depth,position,emission,direct,indirect,variance,samples,denoising_albedo,denoising_normal"
+AOVS = ("alpha,albedo,normal,depth,position,emission,direct,indirect,variance,samples,denoising_albedo,denoising_normal,object_id,material_id,uv,"
+        "depth_nearest,position_nearest")
+PASSES = ("diffuse_direct,diffuse_indirect,glossy_direct,glossy_indirect,transmission_direct,transmission_indirect,volume_direct,volume_indirect,"
+          "emit,environment,diffuse_color,glossy_color,transmission_color")
+# Kernels of their own split light, so they run in one of the sizes.
+LAYERS = {SIZES[0]: ("--aov", f"{AOVS},{PASSES}", "--light-groups", "name", "--cryptomatte", "object,material,asset"),
+          SIZES[1]: ("--aov", f"{AOVS},vector", "--path-reuse", "8", "--shutter", "0,0"),
+          SIZES[2]: ("--aov", AOVS)}
 
 
 def collect(folder, to):
@@ -43,63 +52,6 @@ def collect(folder, to):
         shutil.copy(job.scene, to)
         known[job.name] = entry
     table.write_text(json.dumps(known, indent=1), encoding="utf-8")
-
-
-class Round:
-    """One round: what was found so far, and the time that is left."""
-
-    def __init__(self, options):
-        self.options = options
-        self.program = options.program
-        self.ends = time.monotonic() + options.seconds
-        self.found = {}
-        self.folder = Path(tempfile.mkdtemp(prefix="kindling_round_"))
-        # A driver takes minutes to compile the kernels: once in a round.
-        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
-
-    def is_over(self):
-        return time.monotonic() > self.ends
-
-    def run(self, *arguments):
-        """The seconds that the program took, and its error output; raises RuntimeError if it fails."""
-        started = time.perf_counter()
-        result = subprocess.run([self.program, *map(str, arguments)], check=False, capture_output=True, text=True, env=self.environment)
-        seconds = time.perf_counter() - started
-        if result.returncode != 0:
-            raise RuntimeError(f"kindling {' '.join(map(str, arguments))}: exit code {result.returncode}: {result.stderr.strip()}")
-        return seconds, result.stderr
-
-    def render(self, job, name, *flags, device, spp, size=None):
-        """Renders to FOLDER/NAME.exr; returns the image and its statistics."""
-        image, stats = self.folder / f"{name}.exr", self.folder / f"{name}.json"
-        command = renderers.kindling_command(self.program, job, spp, 0, image, flags)[1:]
-        if size:
-            command[command.index("--size") + 1] = size
-        command[command.index("--threads") + 1] = flags[flags.index("--threads") + 1] if "--threads" in flags else 0
-        self.run(*command, "--device", device, "--stats", stats, "--quiet")
-        return image, json.loads(stats.read_text(encoding="utf-8"))
-
-    def measure(self, command, job, *flags):
-        """The report of `kindling shootout` or `kindling scaling` on a scene. Where bits differ they fail, but have written it."""
-        report = self.folder / f"{command}.json"
-        report.unlink(missing_ok=True)
-        environment = []
-        if job.environment:
-            environment = ["--env", job.environment, "--env-rotation", job.environment_rotation_deg,
-                           "--env-intensity", job.environment_intensity]
-        try:
-            self.run(command, job.scene, *environment, "--device", self.options.device, "--json", report, "--quiet", *flags)
-        except RuntimeError:
-            if not report.is_file():
-                raise
-        return json.loads(report.read_text(encoding="utf-8"))["scenes"][0]
-
-    def save(self):
-        """Writes what was found so far: the machine may be taken away at any time."""
-        page = markdown(self.found, self.options.device)
-        (self.options.out / "round.md").write_text(page, encoding="utf-8")
-        (self.options.out / "round.json").write_text(json.dumps(self.found, indent=1), encoding="utf-8")
-        return page
 
 
 def machine(the_round):
@@ -236,7 +188,7 @@ def images(the_round):
 
 
 def bits(the_round):
-    """Images whose pixels differ from those of the CPU, with all layers, in three sizes; in the second one paths are shared between pixels."""
+    """Images whose pixels differ from those of the CPU, in three sizes: with all layers and parts of the light, with shared paths, and without."""
     jobs = measured_jobs() + [renderers.Job(str(scene.relative_to(ROOT / "scenes")), scene, (320, 180), 8)
                               for scene in same_images.scenes_in(ROOT / "scenes")]
     compared, different = 0, []
@@ -244,9 +196,7 @@ def bits(the_round):
         for size in SIZES:
             if the_round.is_over():
                 return {"compared": compared, "different": different, "ended early before": job.name}
-            shared = ("--path-reuse", "8", "--shutter", "0,0") if size == SIZES[1] else ()
-            flags = ("--aov", AOVS, *shared)
-            pixels = [same_images.pixels_of(the_round.render(job, device, *flags, device=device, spp=4, size=size)[0])
+            pixels = [same_images.pixels_of(the_round.render(job, device, *LAYERS[size], device=device, spp=4, size=size)[0])
                       for device in ("cpu", the_round.options.device)]
             compared += 1
             if pixels[0] != pixels[1]:
@@ -254,42 +204,7 @@ def bits(the_round):
     return {"compared": compared, "different": different}
 
 
-def measured_jobs():
-    folder = ROOT / "measured"
-    return renderers.load_jobs([folder]) if (folder / "scenes.json").is_file() else []
-
-
-def markdown(found, device):
-    """The round as a page."""
-    lines = [f"# A round of `--device {device}`", ""]
-    for part, result in found.items():
-        lines += [f"## {part}", ""]
-        if part in ("shootout", "scaling"):
-            lines += scene_tables(result)
-        elif part == "speed" and result and "failed" not in result:
-            names = list(next(iter(result.values())))
-            ratios = [f"{names[0]} / {name}" for name in names[1:]]
-            lines += ["Million samples per second.", "", f"| scene | {' | '.join(names + ratios)} |", "|---" * (1 + len(names) + len(ratios)) + "|"]
-            for scene, rates in result.items():
-                values = [f"{rates[name]:.2f}" for name in names] + [f"{rates[names[0]] / rates[name]:.1f}" for name in names[1:]]
-                lines.append(f"| {scene} | {' | '.join(values)} |")
-        else:
-            lines += [f"- {name}: {f'{value:.2f} s' if isinstance(value, float) else value}" for name, value in result.items()]
-        lines.append("")
-    return "\n".join(lines)
-
-
-def scene_tables(result):
-    """A table with a row for each scene; notes of other kinds as a list."""
-    scenes = {name: row for name, row in result.items() if isinstance(row, dict)}
-    lines = [f"- {name}: {value}" for name, value in result.items() if name not in scenes]
-    if scenes:
-        names = list(next(iter(scenes.values())))
-        lines += [f"| scene | {' | '.join(names)} |", "|---" * (1 + len(names)) + "|"]
-        for scene, row in scenes.items():
-            values = [f"{row[name]:.2f}" if isinstance(row.get(name), float) else str(row.get(name, "-")) for name in names]
-            lines.append(f"| {scene} | {' | '.join(values)} |")
-    return lines
+PARTS = {part.__name__: part for part in (machine, start, split, speed, shootout, scaling, images, kernels, sanitizer, paper, peer, bits)}
 
 
 def arguments():
@@ -298,16 +213,19 @@ def arguments():
     parser.add_argument("--out", type=Path)
     parser.add_argument("--program", type=Path, default=renderers.KINDLING)
     parser.add_argument("--device", default="gpu")
-    parser.add_argument("--parts", default=",".join(PARTS))
+    parser.add_argument("--parts", type=lambda text: text.split(","), default=list(PARTS))
     parser.add_argument("--seconds", type=float, default=540.0)
     parser.add_argument("--size", default="1280x720")
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--rays", type=int, default=1 << 18)
+    parser.add_argument("--paper-flags", default="")
+    parser.add_argument("--peer-size", default="640x360")
+    parser.add_argument("--peer-spp", type=int, default=256)
     options = parser.parse_args()
     if not options.collect and not options.out:
         parser.error("--out is missing")
-    if unknown := set(options.parts.split(",")) - set(PARTS):
+    if unknown := set(options.parts) - set(PARTS):
         parser.error(f"--parts {', '.join(sorted(unknown))}: use some of {', '.join(PARTS)}")
     return options
 
@@ -318,21 +236,33 @@ def main():
         collect(*options.collect)
         return 0
     options.out.mkdir(parents=True, exist_ok=True)
-    the_round = Round(options)
-    failed = False
-    for part in options.parts.split(","):
+    options.out, options.program = options.out.resolve(), options.program.resolve()
+    the_round = one_round.Round(options)
+    for place, part in enumerate(options.parts):
+        the_round.reserve("bits" in options.parts[place + 1:])
         try:
-            the_round.found[part] = globals()[part](the_round)
+            the_round.found[part] = PARTS[part](the_round)
+        except one_round.Skipped as reason:
+            the_round.found.setdefault(part, {})["skipped"] = str(reason)
         except (RuntimeError, OSError, LookupError, ValueError) as error:  # the other parts may still tell something
             the_round.found.setdefault(part, {})["failed"] = str(error)
-            failed = True
         page = the_round.save()
     print(page)
     shutil.rmtree(the_round.folder)
-    failed = failed or bool(the_round.found.get("bits", {}).get("different")) or False in the_round.found.get("split", {}).values()
-    for part, count in (("shootout", "different"), ("scaling", "different images")):
-        failed = failed or any(row[count] for row in the_round.found.get(part, {}).values() if isinstance(row, dict))
-    return 1 if failed else 0
+    return 1 if has_failed(the_round.found) else 0
+
+
+def has_failed(found):
+    """Whether a part failed, a bit differs, or the sanitizer found an error."""
+    failed = any("failed" in result for result in found.values())
+    failed = failed or bool(found.get("bits", {}).get("different")) or False in found.get("split", {}).values()
+
+    def rows(part):
+        return (row for row in found.get(part, {}).values() if isinstance(row, dict))
+
+    for part, counts in (("shootout", ("different",)), ("scaling", ("different images",)), ("sanitizer", TOOLS)):
+        failed = failed or any(row.get(count) for row in rows(part) for count in counts)
+    return failed or any(not row["same bits"] for row in rows("paper"))
 
 
 if __name__ == "__main__":

@@ -51,8 +51,11 @@ class Bench:
         if missing := [flag for flag in NEEDED if flag + " " not in done.stdout]:
             sys.exit(f"{self.binary}: 'kindling render' has no {', '.join(missing)}; rebuild it (cmake --build --preset release)")
 
+    def elapsed_s(self):
+        return time.perf_counter() - self.started
+
     def say(self, text):
-        print(f"[{time.perf_counter() - self.started:5.0f} s] {text}", file=sys.stderr, flush=True)
+        print(f"[{self.elapsed_s():5.0f} s] {text}", file=sys.stderr, flush=True)
 
     def render(self, scene, size_px, spp, flags=(), threads=0, kind="png"):
         """Renders scenes/paper/SCENE.glb; `threads` 0: all cores."""

@@ -45,14 +45,19 @@ def main():
         result = measure(bench, arguments, chosen)
         if arguments.sheet and result.get("figures"):
             contact_sheet(result["figures"], Path(folder), arguments.sheet)
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(page.page(result), encoding="utf-8")
-    data = arguments.out.with_suffix(".json")
-    data.write_text(json.dumps(result, indent=1, default=lambda value: None if isinstance(value, bytes) else vars(value)) + "\n", encoding="utf-8")
-    bench.say(f"{arguments.out} ({arguments.out.stat().st_size / 1e6:.1f} MB), figures in {data}")
+    save(result, arguments.out)
+    bench.say(f"{arguments.out} ({arguments.out.stat().st_size / 1e6:.1f} MB), figures in {arguments.out.with_suffix('.json')}")
     renders = [render for figure in result.get("figures", ()) for scene in figure["scenes"] for render in scene["renders"]]
     same = all(render["device"]["same"] for render in renders if render["device"])
     return 0 if same and result.get("processes", {"same": True})["same"] else 1
+
+
+def save(result, out):
+    """Writes the page and, beside it, its figures as JSON."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(page.page(result), encoding="utf-8")
+    data = json.dumps(result, indent=1, default=lambda value: None if isinstance(value, bytes) else vars(value))
+    out.with_suffix(".json").write_text(data + "\n", encoding="utf-8")
 
 
 def parse_arguments():
@@ -63,6 +68,7 @@ def parse_arguments():
     parser.add_argument("--scale", type=positive, default=1.0, help="of all images' sizes (1)")
     parser.add_argument("--spp-scale", type=positive, default=1.0, help="of all numbers of samples (1)")
     parser.add_argument("--repeat", type=int, default=5, help="interleaved rounds of what is timed (5)")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="no figure begins after that time (no limit)")
     parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="kind of times; cpu: for busy machines, on one core only (wall)")
     parser.add_argument("--quick", action="store_true", help="small images, few samples, few depths, one round: a test of the script")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
@@ -109,7 +115,14 @@ def measure(bench, arguments, chosen):
         result["threads"] = cores.by_threads(bench, min(repeats, 3))
         result["processes"] = cores.by_processes(bench)
     if "figures" in arguments.parts:
-        result["figures"] = [render_figure(bench, arguments, figure) for figure in chosen]
+        result["figures"] = []
+        for figure in chosen:
+            if bench.elapsed_s() > arguments.seconds:
+                bench.say(f"figures {figure.number} to {chosen[-1].number}: left out, {arguments.seconds:.0f} seconds are over")
+                break
+            result["figures"].append(render_figure(bench, arguments, figure))
+            result["about"]["version"] = bench.version
+            save(result, arguments.out)
     result["about"]["version"] = bench.version
     return result
 
@@ -151,7 +164,8 @@ def render_way(bench, arguments, figure, scene, way):
 def on_device(bench, device, scene, size, spp, way, expected):
     """Renders the image on a device too."""
     result = bench.render(scene, size, spp, [*way.flags, "--device", device])
-    return {"name": result.stats["device"]["name"], "render_s": result.render_s, "same": bool((fidelity_images.read(result.image).rgb == expected).all())}
+    return {"name": result.stats["device"]["name"], "render_s": result.render_s, "start_s": result.stats["device"]["start_s"],
+            "same": bool((fidelity_images.read(result.image).rgb == expected).all())}
 
 
 def thumbnail(rgb):

@@ -1,4 +1,4 @@
-"""Renders one glTF scene with Mitsuba 3, in its llvm variant.
+"""Renders one glTF scene with Mitsuba 3, on the processor (llvm_ad_rgb) or a GPU (cuda_ad_rgb).
 
     PYTHON render_mitsuba.py JOB.json
 
@@ -21,9 +21,6 @@ import numpy as np
 import mitsuba as mi
 
 import gltf_scene
-
-# The first variant whose library is found: vector code for this processor.
-mi.set_variant("llvm_ad_rgb")
 
 MIN_ALPHA = 1e-4
 
@@ -173,6 +170,7 @@ def timed_render(scene, spp, seed):
 
 def main():
     job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    mi.set_variant(job["variant"])
     # A pool of one thread waits for ever: with one, two threads share a core.
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:job["threads"]])
     dr.set_thread_count(max(job["threads"], 2))

@@ -10,7 +10,8 @@ import renderers
 from peers import install
 
 FOLDER = Path(__file__).resolve().parent
-IMAGE_SUFFIX = {"cycles": ".exr", "mitsuba": ".exr", "luxcore": ".pfm"}
+IMAGE_SUFFIX = {"cycles": ".exr", "mitsuba": ".pfm", "mitsuba_cuda": ".pfm", "luxcore": ".pfm"}  # PFM: read without oiiotool, too
+VARIANTS = {"mitsuba": "llvm_ad_rgb", "mitsuba_cuda": "cuda_ad_rgb"}
 RESULT = "PEER-RESULT "
 
 
@@ -49,13 +50,15 @@ def run_denoised(name, job, budget_s, clock, seed, stem):
 
 def call(name, job, stem):
     """Runs a renderer's script. Returns what it reported, wall seconds, peak MiB and CPU seconds."""
-    job_path = Path(f"{stem}.job.json")
+    job_path, script = Path(f"{stem}.job.json"), name
+    if name in VARIANTS:
+        job, script = job | {"variant": VARIANTS[name]}, "mitsuba"
     job_path.write_text(json.dumps(job), encoding="utf-8")
     environment = dict(os.environ)
     if name == "mitsuba" and (library := llvm_library()):
         environment.setdefault("DRJIT_LIBLLVM_PATH", str(library))
     lines, wall_s, peak_mb, cpu_s = renderers.run_measured(
-        [install.python(), "-B", FOLDER / f"render_{name}.py", job_path], Path(f"{stem}.log"), environment)
+        [install.python_of(name), "-B", FOLDER / f"render_{script}.py", job_path], Path(f"{stem}.log"), environment)
     results = [json.loads(line[len(RESULT):]) for _, line in lines if line.startswith(RESULT)]
     if len(results) != 1:
         sys.exit(f"{name} reported no time; see {stem}.log")

@@ -8,6 +8,7 @@ import array
 import json
 import random
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
 PROGRAM = sys.argv[3] if len(sys.argv) > 3 else ""
 sys.path.insert(0, str(BENCH))
 import equal_noise
+import image_files
 import pixels
 
 
@@ -59,6 +61,43 @@ class Noise(unittest.TestCase):
         self.assertGreater(pixels.rel_mse(ascending, dropped=0.0), 1e6)
 
 
+class ImageFiles(unittest.TestCase):
+    """Files that are read without oiiotool."""
+
+    def read(self, data):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "image"
+            path.write_bytes(data)
+            return image_files.read(path)
+
+    @staticmethod
+    def exr(compression, chunks, flags=0):
+        """A file of 2 x 1 pixels: halves named B and R, floats named G."""
+        attributes = [("channels", "chlist", b"".join(name + b"\0" + struct.pack("<iIii", kind, 0, 1, 1) for name, kind in
+                                                      ((b"B", 1), (b"G", 2), (b"R", 1))) + b"\0"),
+                      ("compression", "compression", bytes([compression])), ("dataWindow", "box2i", struct.pack("<4i", 3, 5, 4, 5))]
+        header = b"\x76\x2f\x31\x01" + struct.pack("<I", 2 | flags) + b"".join(
+            f"{name}\0{kind}\0".encode() + struct.pack("<i", len(value)) + value for name, kind, value in attributes) + b"\0"
+        return header + struct.pack("<Q", len(header) + 8) + struct.pack("<ii", 5, len(chunks)) + chunks
+
+    def test_exr(self):
+        row = struct.pack("<2e2f2e", 0.5, 2.0, 1e-3, 7.0, 0.25, 1.0)
+        self.assertEqual(self.read(self.exr(0, row))[:3], (2, 1, 3))
+        expected = array.array("f", [0.25, 1e-3, 0.5, 1.0, 7.0, 2.0])
+        self.assertEqual(self.read(self.exr(0, row))[3], expected)
+        self.assertEqual(self.read(self.exr(3, row))[3], expected)  # compression would make it longer
+
+    def test_pfm(self):
+        file = b"PF\n1 2\n-1\n" + struct.pack("<6f", 4, 5, 6, 1, 2, 3)  # the lower row first
+        self.assertEqual(self.read(file), (1, 2, 3, array.array("f", [1, 2, 3, 4, 5, 6])))
+
+    def test_other_files(self):
+        for data, message in ((b"GIF89a", "neither EXR nor PFM"), (self.exr(4, b""), "compression 4"), (self.exr(0, b"", 0x200), "of tiles"),
+                              (b"PF\n1 2\n1\n", "big-endian"), (b"PF\n1 2\n-1\n" + bytes(12), "ends early")):
+            with self.assertRaisesRegex(image_files.Unsupported, message + ".*oiiotool"):
+                self.read(data)
+
+
 class Reporting(unittest.TestCase):
     """A run of two settings: the second as fast, with half the noise. Noise falls as 1 / samples, time grows with them."""
 
@@ -97,6 +136,14 @@ class Program(unittest.TestCase):
         return subprocess.run([sys.executable, str(BENCH / "equal_noise.py"), "--kindling", PROGRAM, *map(str, arguments)],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
+    def test_images_read_with_and_without_oiiotool_are_equal(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for flags in (["--exr-float"], ["--aov", "depth,normal"]):
+                image = Path(folder) / "image.exr"
+                subprocess.run([PROGRAM, "render", SCENES / "cornell_box.glb", "--size", "37x21", "--spp", "1", "-o", image, "--quiet", *flags],
+                               check=True, stdout=subprocess.DEVNULL)
+                self.assertEqual(pixels.read_without_oiiotool(image), pixels.read_rgb(image), flags)
+
     def test_two_settings_of_a_tiny_scene(self):
         with tempfile.TemporaryDirectory() as folder:
             files = {kind: Path(folder) / f"out.{kind}" for kind in ("json", "html", "markdown")}
@@ -127,6 +174,7 @@ class Program(unittest.TestCase):
                 ([tiny, "--setting", "a=", "--setting", "a="], "two are called a"),
                 ([tiny, "--cycles", "--clock", "cpu"], "--clock wall"),
                 ([tiny, "--peers", "cycles,povray"], "no renderer 'povray'"),
+                ([tiny, "--peers", "mitsuba_cuda", "--clock", "cpu"], "use --clock wall"),
                 ([tiny, "--cycles", "--peers", "cycles"], "give one of them"),
                 ([tiny, "--setting", "mitsuba="], "that is no other renderer"),
                 ([tiny, "--denoise"], "add --reference-spp"),

@@ -145,6 +145,14 @@ class Program(unittest.TestCase):
             self.assertEqual((render["device"]["name"], render["device"]["same"]), ("host", True))
         self.assertIn("data:image/webp;base64,", text)
 
+    def test_no_figure_begins_after_the_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "page.html"
+            done = self.run_script("--quick", "--figures", "9,16", "--seconds", "0", "--out", out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("figures 9 to 16: left out, 0 seconds are over", done.stderr)
+            self.assertEqual(json.loads(out.with_suffix(".json").read_text())["figures"], [])
+
     def test_errors_list_accepted_values(self):
         for arguments, message in ((["--figures", "99"], "there are 1, 5"), (["--parts", "all"], "there are figures"),
                                    (["--scale", "0"], "a number above 0")):

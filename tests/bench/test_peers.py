@@ -110,7 +110,28 @@ class Installation(unittest.TestCase):
     def test_unknown_names(self):
         done = subprocess.run([sys.executable, BENCH / "peers" / "install.py", "povray"], capture_output=True, text=True, check=False)
         self.assertNotEqual(done.returncode, 0)
-        self.assertIn("no renderer povray; there are cycles, mitsuba, luxcore", done.stderr)
+        self.assertIn("no renderer povray; there are cycles, mitsuba, mitsuba_cuda, luxcore", done.stderr)
+
+    def test_the_running_python_comes_first(self):
+        for version, found in (("3.0.0", False), ("3.9.1", True)):
+            with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, {"XDG_CACHE_HOME": folder}), \
+                    mock.patch.object(sys, "path", [folder]):
+                package = Path(folder) / f"mitsuba-{version}.dist-info"
+                package.mkdir()
+                (package / "METADATA").write_text(f"Metadata-Version: 2.1\nName: mitsuba\nVersion: {version}\n")
+                self.assertEqual(install.installed("mitsuba_cuda"), found)
+                self.assertEqual(install.python_of("mitsuba_cuda"), Path(sys.executable) if found else install.python())
+
+
+class Calls(unittest.TestCase):
+    def test_variants_of_mitsuba_share_a_script(self):
+        result = [(0.1, 'PEER-RESULT {"wall_s": 1.0, "cpu_s": 2.0}')], 3.0, 4.0, 5.0
+        for name, variant in (("mitsuba", "llvm_ad_rgb"), ("mitsuba_cuda", "cuda_ad_rgb")):
+            with tempfile.TemporaryDirectory() as folder, mock.patch.object(run.renderers, "run_measured", return_value=result) as measured:
+                run.call(name, {"spp": 1}, Path(folder) / "a")
+                job = json.loads((Path(folder) / "a.job.json").read_text())
+            self.assertEqual((job["variant"], job["spp"]), (variant, 1))
+            self.assertEqual(measured.call_args[0][0][2].name, "render_mitsuba.py")
 
 
 if __name__ == "__main__":
