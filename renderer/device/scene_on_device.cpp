@@ -71,7 +71,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   assert(tables != nullptr && offset == 0);
   const PathStages& stages = input.stages;
   DeviceScene scene{.tree = tables->view(),
-                    .world = input.world,
+                    .world = static_cast<const WorldView&>(input.world),
                     .camera = input.camera,
                     .patches = stages.patches != nullptr ? *stages.patches : BrightPatches{},
                     .light_probabilities =

@@ -310,7 +310,7 @@ class WorldBuilder {
     input.scene_center = world_->bounds.center();
     input.scene_radius_m = std::max(world_->bounds.size().length() * 0.5f, 1e-6f);
     world_->light_set_ = std::make_unique<LightSet>(std::move(input));
-    world_->lights = *world_->light_set_;
+    world_->lights = static_cast<const LightSetView&>(*world_->light_set_);
     add_groups_of_lights(scene_, posed_, *world_->light_set_, world_->file_light_groups_);
   }
 
@@ -322,7 +322,7 @@ class WorldBuilder {
     world_->accel_groups_ = std::move(groups_);
     world_->contacts_ = find_contacts(
         {world_->geometries_, world_->accel_groups_, world_->instances, world_->motions, world_->bounds}, cancel_);
-    if (world_->contacts_) world_->contacts = *world_->contacts_;
+    if (world_->contacts_) world_->contacts = static_cast<const ContactsView&>(*world_->contacts_);
     if (cancelled()) return false;
     return WorldChanges::build_accelerator(*world_, options_, std::move(parts_.accelerators), cancel_, listener_);
   }

@@ -67,7 +67,7 @@ TEST_F(CryptomatteCommand, PartsAndCheckpointsMakeTheWholeImage) {
   expect_done({"merge", "c.kacc", "-o", "resumed.exr"});
   // The pixels are behind the header, whose text differs, and behind its end and three offsets.
   const auto pixels = [&](const std::string& name) {
-    const std::string exr = read_file(name), last = std::string("worldToNDC\0m44f", 16);
+    const std::string exr = read_file(name), last = std::string("worldToNDC") + '\0' + "m44f" + '\0';
     constexpr size_t kLength = 4, kMatrix = 64, kEnd = 1, kOffsets = 3 * 8;
     const size_t at = exr.find(last);
     EXPECT_NE(at, std::string::npos);

@@ -38,7 +38,7 @@ class FrameLayersCommand : public SceneFolder {
   }
   // What follows the header, whose text differs, its end and the offsets of three chunks.
   [[nodiscard]] std::string pixels_of(const std::string& name) const {
-    const std::string exr = read_file(name), last = std::string("worldToNDC\0m44f", 16);
+    const std::string exr = read_file(name), last = std::string("worldToNDC") + '\0' + "m44f" + '\0';
     constexpr size_t kLength = 4, kMatrix = 64, kEnd = 1, kOffsets = 3 * 8;
     const size_t at = exr.find(last);
     EXPECT_NE(at, std::string::npos) << name;
