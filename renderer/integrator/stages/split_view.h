@@ -8,6 +8,7 @@
 #include "renderer/film/film_surface.h"
 #include "renderer/film/film_view.h"
 #include "renderer/integrator/integrator_settings.h"
+#include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/path_state.h"
 #include "renderer/world/light_groups/light_groups_view.h"
 
