@@ -86,11 +86,11 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   }
   wave_.light_paths = light_paths_.data();
   wave_.splats = splats_.data();
-  if (splits_) place_split(scene, setup.light_groups);
+  if (splits_) place_split(setup.light_groups);
   if (photon_source_ != nullptr) reserve_photons(photon_source_->maps().bytes_per_map() / PhotonMap::kBytes);
 }
 
-void PathWaveRunner::place_split(const DeviceScene* scene, uint32_t light_groups) {
+void PathWaveRunner::place_split(uint32_t light_groups) {
   split_groups_.grow(device(), size_t{capacity()} * light_groups);
   split_passes_.grow(device(), capacity());
   split_firsts_.grow(device(), capacity());
@@ -99,9 +99,14 @@ void PathWaveRunner::place_split(const DeviceScene* scene, uint32_t light_groups
   split_tails_.grow(device(), reused_.size() * std::max(light_groups, 1U));
   second_groups_.grow(device(), reused_.size());
   splat_parts_.grow(device(), splats_.size());
-  wave_.split = {&scene->groups,        light_groups,         split_groups_.data(),
-                 split_passes_.data(),  split_firsts_.data(), split_colors_.data(),
-                 split_shadows_.data(), split_tails_.data(),  second_groups_.data()};
+  wave_.split = {.group_count = light_groups,
+                 .by_group = split_groups_.data(),
+                 .by_pass = split_passes_.data(),
+                 .firsts = split_firsts_.data(),
+                 .colors = split_colors_.data(),
+                 .shadows = split_shadows_.data(),
+                 .tails = split_tails_.data(),
+                 .second_groups = second_groups_.data()};
   wave_.splat_parts = splat_parts_.data();
 }
 

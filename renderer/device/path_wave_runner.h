@@ -42,7 +42,7 @@ class PathWaveRunner final : public DeviceWave {
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 
-  void place_split(const DeviceScene* scene, uint32_t light_groups);
+  void place_split(uint32_t light_groups); // makes room for the parts of light
   // Makes room for so many photons on the device.
   void reserve_photons(uint64_t count);
 

@@ -60,7 +60,7 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
-  SplitView split;         // null by_pass: light is not split
+  SplitView split;         // null by_pass: light is not split; its groups are the scene's
   ReuseView reuse;         // null paths: none are shared between pixels
   WaveQueue reuse_links;   // numbers of the links whose rays are traced, as ReuseView::links counts them
   PhotonMapView photons;   // of all samples of the wave

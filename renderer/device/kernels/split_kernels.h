@@ -22,7 +22,11 @@ struct PlacedWaveSink : WaveSink<Beside::photons, true> {
 };
 
 struct SplitWaveSink : SplitSink<PlacedWaveSink> {
-  [[nodiscard]] static SplitWaveSink of(const PathWave& wave) { return {{{{wave}, wave.scene->stages}, wave.split}}; }
+  [[nodiscard]] static SplitWaveSink of(const PathWave& wave) {
+    SplitWaveSink sink{{{{wave}, wave.scene->stages}, wave.split}};
+    sink.split.groups = &wave.scene->groups;
+    return sink;
+  }
 };
 
 // By path, after begin_path().
