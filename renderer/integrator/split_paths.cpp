@@ -4,6 +4,8 @@
 #include "renderer/integrator/shade_batch.h"
 #include "renderer/integrator/splitting_sink.h"
 
+#include <algorithm>
+
 namespace kindling {
 
 void PathIntegrator::shade_split(PathContext& context) const {

@@ -9,6 +9,7 @@
 
 namespace kindling {
 
+// Tells SplitSink its places in a batch.
 struct PlacedBatchSink : BatchSink {
   [[nodiscard]] PhotonMapView photons_of(const PathInFlight& path) const {
     return context.photon_maps.empty() ? PhotonMapView{} : context.photon_maps.of_sample(path.map_sample).view();

@@ -12,7 +12,7 @@
 
 namespace kindling::kernels {
 
-// One kernel shades whatever other paths there are, and paths that are shared.
+// Tells SplitSink its places in a wave. One kernel serves light paths, photons and shared paths.
 struct PlacedWaveSink : WaveSink<Beside::photons, true> {
   const PathStages& path_stages;
 
@@ -35,7 +35,7 @@ inline void begin_split(const PathWave& wave, uint32_t slot) { wave.split.start(
 // By active path, in place of shade().
 inline void shade_split(const PathWave& wave, uint32_t number) { shade_path<SplitWaveSink>(wave, number); }
 
-// By shadow ray, after trace_shadow(): adds the light of all of the path's.
+// By shadow ray, after trace_shadow(): if it is its path's first one, adds the light of them all.
 inline void split_shadow(const PathWave& wave, uint32_t number) {
   const uint32_t count = wave.shadow_records[number].count;
   for (uint32_t i = number; i < number + count; ++i)

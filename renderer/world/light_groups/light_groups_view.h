@@ -17,7 +17,7 @@ namespace kindling {
 struct LightGroupsView {
   static constexpr uint8_t kByMaterial = 0xff;
 
-  uint32_t count = 0;                   // 0: there are no groups; all is in a group 0 that no film has
+  uint32_t count = 0;                   // 0: light is not split by group
   uint8_t environment = 0;              // and the background in its place
   std::span<const uint8_t> of_emitter;  // by LightSample::emitter
   std::span<const uint8_t> of_node;     // of its surfaces, or kByMaterial; empty: all by material
