@@ -22,7 +22,7 @@ function(kindling_gpu_flags variable cpu)
   list(REMOVE_ITEM folders "")
   list(TRANSFORM folders PREPEND "-isystem")
   if(cpu MATCHES "^sm_")
-    set(target --target=nvptx64-nvidia-cuda)
+    set(target --target=nvptx64-nvidia-cuda -Xclang -target-feature -Xclang +ptx62) # activemask
   else()
     # Imath's half.h includes headers of x86 unless CUDA compiles it.
     set(target --target=amdgcn-amd-amdhsa -nogpulib -D__CUDA_ARCH__=1)
@@ -58,8 +58,10 @@ function(kindling_gpu_kernels cpu entries list output)
   set(bounds)
   set(bound)
   if(cpu MATCHES "^sm_")
-    set(bounds ${PROJECT_SOURCE_DIR}/renderer/device/kernels/launch_bounds.sed)
-    set(bound COMMAND sed -E -i -f ${bounds} ${output})
+    set(bounds ${PROJECT_SOURCE_DIR}/renderer/device/kernels/launch_bounds.sed
+               ${PROJECT_SOURCE_DIR}/renderer/device/kernels/divisions.sed)
+    list(TRANSFORM bounds PREPEND -f OUTPUT_VARIABLE bound)
+    set(bound COMMAND sed -E -i ${bound} ${output})
   endif()
   # One file of all sources, of which the entry points take what they call.
   file(MAKE_DIRECTORY ${folder})

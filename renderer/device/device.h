@@ -5,6 +5,7 @@
 #include "renderer/base/result.h"
 #include "renderer/device/kernels/kernel_list.h"
 
+#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace kindling {
 
@@ -32,6 +34,13 @@ class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+// The launches of a kernel.
+struct KernelUse {
+  uint64_t launches = 0, threads = 0; // numbers of all launches
+  double seconds = 0.0;               // of the launches that have ended
+};
+using KernelUses = std::array<KernelUse, kKernelCount>;
 
 // Work is done in the order of the calls. One thread at a time may call a device.
 class Device {
@@ -51,6 +60,11 @@ class Device {
   virtual void download(const std::byte* from, std::span<std::byte> to) = 0;
   virtual void clear(std::byte* memory, size_t bytes) = 0; // to zero bits
 
+  // Announces copies to and from this memory of the processor. A device may keep it in place, which
+  // makes them faster. unlock() must be called before the memory is freed.
+  virtual void lock(std::span<std::byte> /*memory*/) noexcept {}
+  virtual void unlock(std::span<std::byte> /*memory*/) noexcept {}
+
   // Makes kernels ready, which may take long the first time; launch() does it where this was not
   // called. Throws DeviceError.
   virtual void prepare(std::span<const Kernel> /*kernels*/) {}
@@ -59,8 +73,42 @@ class Device {
   // (kernel_list.h); pointers in it are addresses of this device.
   virtual void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) = 0;
 
+  // Launches so far. Those after the last download may be without their time.
+  [[nodiscard]] virtual KernelUses kernel_uses() const { return {}; }
+
   // The number of paths that a wave should have.
   [[nodiscard]] virtual uint32_t wave_size() const = 0;
+};
+
+// An array in the memory of the processor that a device copies to. It must not outlive the device.
+template <typename T>
+class HostArray {
+ public:
+  HostArray() = default;
+  HostArray(const HostArray&) = delete;
+  HostArray& operator=(const HostArray&) = delete;
+  ~HostArray() { unlock(); }
+
+  // Makes it `size` elements long; their values are lost if there was less room.
+  void resize(Device& device, size_t size) {
+    size_ = size;
+    if (size <= room_.size()) return;
+    unlock();
+    room_ = std::vector<T>(size);
+    device_ = &device;
+    device.lock(bytes());
+  }
+  [[nodiscard]] std::span<T> span() { return std::span(room_).first(size_); }
+
+ private:
+  [[nodiscard]] std::span<std::byte> bytes() { return std::as_writable_bytes(std::span(room_)); }
+  void unlock() {
+    if (device_ != nullptr) device_->unlock(bytes());
+  }
+
+  Device* device_ = nullptr;
+  std::vector<T> room_;
+  size_t size_ = 0;
 };
 
 // An array in the memory of a device.

@@ -165,8 +165,8 @@ void DeviceWave::add_sums(const WaveBlock& from, const PixelRect& to, Film& film
                          static_cast<size_t>(rect.min.x - from.corner.x);
     const auto pixels = static_cast<size_t>(rect.pixel_count());
     const auto part = [&](auto& sums, size_t per_pixel) {
-      return sums.here.empty() ? std::span(sums.here)
-                               : std::span(sums.here).subspan(first * per_pixel, pixels * per_pixel);
+      const auto all = sums.here.span();
+      return all.empty() ? all : all.subspan(first * per_pixel, pixels * per_pixel);
     };
     film.add(rect,
              FilmView{part(sums_, 1), part(moments_, 1), part(surface_sums_, 1), part(guides_, 1), part(components_, 1),
@@ -182,12 +182,14 @@ void DeviceWave::add_sums(const WaveBlock& from, const PixelRect& to, Film& film
 
 void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
   if (first_hit_records_ != nullptr && !first_hits_here_.empty()) add_first_hits(work, film);
+  tbb::parallel_for(size_t{0}, blocks_.size(),
+                    [&](size_t i) { add_sums(blocks_[i], work[taken_[i].number].block, film); });
+  const std::span<const WaveRays<uint64_t>> block_rays = block_rays_.here.span();
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const WaveBlock& block = blocks_[i];
     BlockWork& done = work[taken_[i].number];
-    add_sums(block, done.block, film);
     film.add_light_paths(done.block.min, taken_[i].light_paths);
-    const WaveRays<uint64_t>& rays = block_rays_.here[i];
+    const WaveRays<uint64_t>& rays = block_rays[i];
     const uint64_t samples = taken_[i].samples;
     done.added += taken_[i].levels;
     done.rays += samples + rays.bounces + rays.shadows;
@@ -199,7 +201,7 @@ void DeviceWave::take_results(std::span<BlockWork> work, Film& film) {
     counters.whitted.reflection += rays.reflections;
     counters.whitted.transmission += rays.refractions;
   }
-  const WaveRays<uint64_t>& outside = block_rays_.here.back();
+  const WaveRays<uint64_t>& outside = block_rays.back();
   counters.bounce += outside.bounces;
   counters.shadow += outside.shadows;
   counters.outside += outside.bounces + outside.shadows;

@@ -95,16 +95,16 @@ class DeviceWave : public ThreadContext {
   template <typename Sum>
   struct Sums {
     DeviceArray<Sum> on_device;
-    std::vector<Sum> here;
+    HostArray<Sum> here;
 
     // Makes room for `size` sums and clears them.
     std::span<Sum> start(Device& device, size_t size) {
       on_device.grow(device, size);
       on_device.clear(size);
-      here.resize(size);
+      here.resize(device, size);
       return on_device.span().first(size);
     }
-    void download() { on_device.download(here); }
+    void download() { on_device.download(here.span()); }
   };
 
   // The part of the plan that a block has.

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cassert>
+#include <chrono>
 #include <cstring>
 
 namespace kindling {
@@ -54,6 +55,7 @@ class HostDevice final : public Device {
     if (count == 0) return;
     const RunKernel run = kKernels[static_cast<size_t>(kernel)];
     const ShuffledNumbers numbers(count, hash_u32(++launches_));
+    const auto began = std::chrono::steady_clock::now();
     arena_.execute([&] {
       constexpr uint32_t kGrain = 64;
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, kGrain), [&](const auto& range) {
@@ -61,8 +63,13 @@ class HostDevice final : public Device {
         for (uint32_t i = range.begin(); i < range.end(); ++i) run(argument.data(), numbers[i]);
       });
     });
+    KernelUse& use = uses_[static_cast<size_t>(kernel)];
+    ++use.launches;
+    use.threads += count;
+    use.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   }
 
+  [[nodiscard]] KernelUses kernel_uses() const override { return uses_; }
   [[nodiscard]] uint32_t wave_size() const override { return kWaveSize; }
 
  private:
@@ -70,6 +77,7 @@ class HostDevice final : public Device {
 
   tbb::task_arena arena_;
   uint32_t launches_ = 0;
+  KernelUses uses_{};
 };
 
 } // namespace

@@ -24,10 +24,13 @@ class MeteredDevice final : public Device {
   void upload(std::span<const std::byte> from, std::byte* to) override { inner_->upload(from, to); }
   void download(const std::byte* from, std::span<std::byte> to) override { inner_->download(from, to); }
   void clear(std::byte* memory, size_t bytes) override { inner_->clear(memory, bytes); }
+  void lock(std::span<std::byte> memory) noexcept override { inner_->lock(memory); }
+  void unlock(std::span<std::byte> memory) noexcept override { inner_->unlock(memory); }
   void prepare(std::span<const Kernel> kernels) override { inner_->prepare(kernels); }
   void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) override {
     inner_->launch(kernel, argument, count);
   }
+  [[nodiscard]] KernelUses kernel_uses() const override { return inner_->kernel_uses(); }
   [[nodiscard]] uint32_t wave_size() const override { return inner_->wave_size(); }
   [[nodiscard]] uint64_t free_bytes() const override;
 

@@ -15,8 +15,8 @@
 namespace kindling {
 
 uint64_t path_wave_bytes(const WaveSetup& setup) {
-  constexpr uint64_t kOfPath =
-      sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) + 2 * sizeof(uint32_t);
+  constexpr uint64_t kOfPath = sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) +
+                               3 * sizeof(uint32_t) + sizeof(uint8_t);
   constexpr uint64_t kOfShadowRay = sizeof(accel::Ray) + sizeof(WaveShadow);
   const uint64_t of_light_path = setup.light_paths > 0.0f ? sizeof(WaveLightPath) + sizeof(WaveSplat) : 0;
   const uint64_t of_reuse =
@@ -29,10 +29,13 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
                             (setup.light_paths > 0.0f ? sizeof(SplatParts) : 0);
   return common_wave_bytes(setup) +
          setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path + of_reuse + of_split) +
-         2 * sizeof(uint64_t);
+         2 * sizeof(uint64_t) + 2 * kHitKinds * sizeof(uint32_t);
 }
 
 namespace {
+
+// Fewer paths are not sorted: a multiprocessor has a warp or two of them.
+constexpr uint32_t kFewestSorted = 8192;
 
 Kernel shading_kernel(const WaveSetup& setup) {
   if (setup.splits()) return Kernel::shade_split;
@@ -47,6 +50,8 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
   std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,
                               shading_kernel(setup), filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque,
                               setup.splits() ? Kernel::finish_split_pixel : Kernel::finish_pixel};
+  kernels.insert(kernels.end(), {Kernel::place_kinds, Kernel::sort_paths});
+  if (setup.direct_samples > 1 && !filters_hits) kernels.push_back(Kernel::add_shadows);
   if (setup.splits()) kernels.insert(kernels.end(), {Kernel::begin_split, Kernel::split_shadow});
   if (setup.splits() && setup.path_reuse > 1) kernels.insert(kernels.end(), {Kernel::split_tail, Kernel::split_shared});
   if (setup.light_paths > 0.0f)
@@ -62,10 +67,11 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
-      has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), shade_(shading_kernel(setup)),
-      photon_source_(setup.photons), filter_(setup.filter), states_(on, capacity()), media_(on, capacity()),
-      rays_(on, capacity()), shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()),
-      active_(on, capacity()), next_(on, capacity()), queue_counts_(on, 1),
+      has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), sorts_(world.materials.size() > 1),
+      has_light_samples_(setup.direct_samples > 1), shade_(shading_kernel(setup)), photon_source_(setup.photons),
+      filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
+      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
+      next_(on, capacity()), sorted_(on, capacity()), kinds_(on, capacity()), kind_counts_(on, 1), queue_counts_(on, 1),
       shadow_records_(on, capacity() * setup.direct_samples), light_paths_(on, has_light_paths_ ? capacity() : 0),
       splats_(on, has_light_paths_ ? capacity() : 0), reused_(on, setup.path_reuse > 1 ? capacity() : 0),
       links_(on, reused_.size() * setup.path_reuse), traced_links_(on, links_.size()) {
@@ -77,6 +83,9 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   wave_.hits = hits_.data();
   wave_.active.paths = active_.data();
   wave_.next = {&counts->next, next_.data()};
+  wave_.kind_counts = kind_counts_.data()->paths.data();
+  wave_.kind_places = kind_counts_.data()->places.data();
+  wave_.sorted_paths = sorted_.data();
   wave_.shadows.count = &counts->shadows;
   wave_.shadow_rays = shadow_rays_.data();
   wave_.shadow_records = shadow_records_.data();
@@ -150,17 +159,30 @@ bool PathWaveRunner::run(const Film& film) {
 bool PathWaveRunner::follow_camera_paths() {
   launch(Kernel::begin_path, wave_, sample_count());
   if (splits_) launch(Kernel::begin_split, wave_, sample_count());
-  for (uint32_t active = sample_count(); active > 0;) {
+  bool coherent = true; // rays of the camera are in the order of the pixels
+  for (uint32_t active = sample_count(); active > 0; coherent = false) {
     if (abandoned()) return false;
-    launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
+    find_hits(active, !coherent);
     queue_counts_.clear(1);
     launch_shading(shade_, wave_, active);
     const QueueCounts counts = take_next();
     launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts.shadows);
+    if (has_light_samples_ && !filters_hits_) launch(Kernel::add_shadows, wave_, counts.shadows);
     if (splits_) launch(Kernel::split_shadow, wave_, counts.shadows);
     active = counts.next;
   }
   return true;
+}
+
+void PathWaveRunner::find_hits(uint32_t active, bool sort) {
+  sort = sort && sorts_ && active >= kFewestSorted;
+  wave_.kinds = sort ? kinds_.data() : nullptr;
+  if (sort) kind_counts_.clear(1);
+  launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
+  if (!sort) return;
+  launch(Kernel::place_kinds, wave_, kHitKinds);
+  launch(Kernel::sort_paths, wave_, active);
+  std::swap(wave_.active.paths, wave_.sorted_paths);
 }
 
 void PathWaveRunner::share_paths() {
@@ -182,7 +204,7 @@ bool PathWaveRunner::follow_light_paths(uint64_t first, uint32_t count) {
   launch(Kernel::begin_light_path, wave_, count);
   for (uint32_t active = take_next().next; active > 0;) {
     if (abandoned()) return false;
-    launch(filters_hits_ ? Kernel::intersect : Kernel::intersect_opaque, wave_, active);
+    find_hits(active, true);
     queue_counts_.clear(1);
     launch_shading(splits_ ? Kernel::scatter_split_light_path : Kernel::scatter_light_path, wave_, active);
     const QueueCounts counts = take_next();

@@ -33,12 +33,18 @@ class PathWaveRunner final : public DeviceWave {
   struct QueueCounts {
     uint32_t next = 0, shadows = 0, links = 0;
   };
+  // For paths that are sorted by the kind of their hit.
+  struct KindCounts {
+    std::array<uint32_t, kHitKinds> paths, places;
+  };
 
   // Return false if the render was abandoned.
   [[nodiscard]] bool take_photons(); // of the samples of the wave
   [[nodiscard]] bool follow_camera_paths();
   [[nodiscard]] bool follow_light_paths(uint64_t first, uint32_t count); // of those of the wave
-  void share_paths();                                                    // between pixels, once they have ended
+  // Finds the hits of the active paths; sorts them by their kind, if that helps a GPU.
+  void find_hits(uint32_t active, bool sort);
+  void share_paths();               // between pixels, once they have ended
   QueueCounts take_next();          // makes the paths of the next bounce the active ones
   void take_splats(uint32_t count); // that the camera sees
 
@@ -46,7 +52,7 @@ class PathWaveRunner final : public DeviceWave {
   // Makes room for so many photons on the device.
   void reserve_photons(uint64_t count);
 
-  bool filters_hits_, has_light_paths_, splits_;
+  bool filters_hits_, has_light_paths_, splits_, sorts_, has_light_samples_;
   Kernel shade_;
   PhotonSource* photon_source_;
   PixelFilter filter_; // of the image
@@ -55,7 +61,9 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<MediumStack> media_;
   DeviceArray<accel::Ray> rays_, shadow_rays_;
   DeviceArray<accel::Hit> hits_;
-  DeviceArray<uint32_t> active_, next_;
+  DeviceArray<uint32_t> active_, next_, sorted_;
+  DeviceArray<uint8_t> kinds_;
+  DeviceArray<KindCounts> kind_counts_;
   DeviceArray<QueueCounts> queue_counts_;
   DeviceArray<WaveShadow> shadow_records_;
   DeviceArray<WaveLightPath> light_paths_;

@@ -111,6 +111,7 @@ void PlacedIntegrator::count(DeviceUse& seen) const {
   if (on_device == nullptr) return;
   seen.peak_bytes = device->peak_bytes();
   seen.tiles = on_device->tile_statistics();
+  seen.kernels = device->kernel_uses();
 }
 
 PlacedIntegrator place_integrator(OpenedDevice opened, const World& world, const Camera& camera,

@@ -104,6 +104,7 @@ struct DeviceUse {
   uint64_t peak_bytes = 0;  // of everything, at a time
   uint64_t wave_paths = 0;  // that it follows together
   TileStatistics tiles;
+  KernelUses kernels{};
   std::string why_cpu;  // with DeviceKind::automatic, if no GPU rendered: the reason
   double start_s = 0.0; // part of the render phase: until the device had the scene
 };

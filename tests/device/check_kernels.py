@@ -9,6 +9,7 @@ Checked are
    of the stack is known;
  - stack: the arrays of a kernel and of what it calls, on the deepest way, have at most the bytes of STACK_BYTES.
 ptxas (of PyPI's nvidia-cuda-nvcc; minutes) adds registers, and the stack with spilled values; checked are
+ - that a driver's linker takes kernels with launch bounds, which compiles functions by themselves;
  - the stack: at most an eighth and 256 bytes above STACK_BYTES;
  - registers: at most those of REGISTERS, so that enough threads fit a multiprocessor.
 Exit code 0 if all hold, 1 with a line for each finding."""
@@ -33,7 +34,10 @@ STACK_BYTES = {
     "kindling_shade_beside_photons": 7168,
     "kindling_shade_reused": 7168,
     "kindling_trace_shadow": 7680,
+    "kindling_place_kinds": 128,
+    "kindling_sort_paths": 128,
     "kindling_trace_shadow_opaque": 1024,
+    "kindling_add_shadows": 128,
     "kindling_start_sharing": 128,
     "kindling_link_paths": 2304,
     "kindling_trace_link": 7680,
@@ -64,29 +68,32 @@ STACK_BYTES = {
 # Registers of kernels that have few; others take all 255 of a thread.
 REGISTERS = {
     "kindling_begin_path": 64,
-    "kindling_intersect_opaque": 128,
-    "kindling_trace_shadow_opaque": 128,
+    "kindling_intersect_opaque": 80,
+    "kindling_trace_shadow_opaque": 80,
     "kindling_finish_pixel": 96,
+    "kindling_place_kinds": 32,
+    "kindling_sort_paths": 32,
+    "kindling_add_shadows": 48,
     "kindling_begin_split": 32,
     "kindling_split_shadow": 48,
     "kindling_split_tail": 48,
     "kindling_finish_split_pixel": 128,
     "kindling_begin_light_path": 80,
-    "kindling_trace_sight_opaque": 128,
+    "kindling_trace_sight_opaque": 80,
     "kindling_start_sharing": 32,
     "kindling_link_paths": 128,
-    "kindling_trace_link_opaque": 128,
+    "kindling_trace_link_opaque": 80,
     "kindling_share_light": 96,
     "kindling_receive_light": 64,
     "kindling_begin_tree": 64,
     "kindling_take_node": 32,
     "kindling_finish_tree_pixel": 96,
     "kindling_finish_first_hit_pixel": 96,
-    "kindling_nearest_hit": 128,
-    "kindling_any_hit": 128,
+    "kindling_nearest_hit": 80,
+    "kindling_any_hit": 80,
 }
 # Functions into which the triangle test is compiled, by their names.
-TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow|trace_sight|trace_link)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)")
+TESTS_TRIANGLES = re.compile(r"kd7compact|^kindling_(?:(?:intersect|trace_shadow|trace_sight|trace_link)_opaque|nearest_hit|any_hit)$|9WorldView(?:9probe_hit|16(?:probe|sight)_is_blocked)|compact_(?:probe_hit|(?:probe|sight)_is_blocked)")
 CALL = re.compile(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$%]+)")
 
 
@@ -139,6 +146,16 @@ def assembled(ptxas, arch, ptx):
     return found
 
 
+def refused_by_linkers(ptxas, arch, ptx):
+    """ptxas's errors where it compiles functions by themselves, with the registers of max_registers() (ptx_modules.h)."""
+    bounds = re.findall(r"\.maxntid (\d+), 1, 1\s+\.minnctapersm (\d+)", ptx.read_text(encoding="utf-8"))
+    for threads, blocks in sorted(set(bounds)):
+        registers = 65536 // (int(threads) * int(blocks)) // 8 * 8
+        result = subprocess.run([ptxas, f"-arch={arch}", "-c", "--maxrregcount", str(registers), ptx, "-o", "/dev/null"],
+                                check=False, capture_output=True, text=True)
+        yield from (line for line in (result.stdout + result.stderr).splitlines() if "error" in line)
+
+
 def findings_of_ptxas(found):
     """A line for each kernel that takes more registers or stack than it may; `found` from assembled()."""
     for name in sorted(STACK_BYTES.keys() - found.keys()):
@@ -164,7 +181,7 @@ def main():
     by_ptxas = {}
     if arguments.ptxas:
         by_ptxas = assembled(arguments.ptxas, arguments.arch, arguments.ptx)
-        found += findings_of_ptxas(by_ptxas)
+        found += [*findings_of_ptxas(by_ptxas), *refused_by_linkers(arguments.ptxas, arguments.arch, arguments.ptx)]
     print("| kernel | arrays on the stack, bytes | registers | stack with spills, bytes |\n|---|---|---|---|")
     for name in [name for name in STACK_BYTES if name in bodies]:
         registers, stack = by_ptxas.get(name, ("", ""))

@@ -1,5 +1,6 @@
 // The host device renders the images of the CPU, to the bit, for all settings.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/device/kernels/path_wave.h"
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/session/render_session.h"
 #include "tests/device/caster_scene.h"
@@ -95,6 +96,30 @@ TEST(DeviceRenders, SeveralLightSamples) {
   RenderSettings settings = all_aovs(5);
   settings.integrator.direct_samples = 3;
   expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+  expect_same_on_device(*caster_world(false), settings);
+}
+
+// Where all is opaque, each shadow ray has a thread; another one adds the light of a path's rays.
+TEST(DeviceRenders, PathsAreSortedByMaterialWhereThereAreMany) {
+  const auto world = caster_world(false);
+  const auto use_of = [&](uint32_t samples, int direct_samples) {
+    RenderSettings settings = small_render(kSize, samples);
+    settings.integrator.direct_samples = direct_samples;
+    settings.device = tested_device();
+    Result<RenderOutcome> outcome = render(*world, camera_with(), settings, nullptr, nullptr);
+    EXPECT_TRUE(outcome.ok()) << outcome.error().message;
+    const RenderStatistics& statistics = outcome.value().statistics;
+    const auto of = [&](Kernel kernel) { return statistics.device.kernels[static_cast<size_t>(kernel)]; };
+    EXPECT_EQ(of(Kernel::begin_path).threads, statistics.rays.paths);
+    EXPECT_EQ(of(Kernel::add_shadows).launches > 0, direct_samples > 1);
+    EXPECT_EQ(of(Kernel::place_kinds).threads, of(Kernel::sort_paths).launches * kHitKinds);
+    EXPECT_GT(of(Kernel::shade).seconds, 0.0);
+    return of(Kernel::sort_paths);
+  };
+  const KernelUse few = use_of(1, 1), many = use_of(16, 3);
+  EXPECT_EQ(few.launches, 0U);
+  EXPECT_GT(many.launches, 0U);
+  EXPECT_GE(many.threads, many.launches * 8192);
 }
 
 TEST(DeviceRenders, PathReuse) {

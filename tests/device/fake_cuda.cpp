@@ -150,6 +150,28 @@ int cuMemsetD8_v2(unsigned long long to, unsigned char value, size_t bytes) {
   std::memset(reinterpret_cast<void*>(to), value, bytes);
   return 0;
 }
+int cuMemHostRegister_v2(void*, size_t, unsigned) {
+  ++links_and_modules;
+  return when_alive(0);
+}
+int cuMemHostUnregister(void*) {
+  --links_and_modules;
+  return when_alive(0);
+}
+int cuMemAllocHost_v2(void** memory, size_t bytes) {
+  *memory = std::malloc(bytes);
+  ++links_and_modules;
+  return when_alive(0);
+}
+int cuMemFreeHost(void* memory) {
+  std::free(memory);
+  --links_and_modules;
+  return when_alive(0);
+}
+int cuMemcpyHtoDAsync_v2(unsigned long long to, const void* from, size_t bytes, void*) {
+  return cuMemcpyHtoD_v2(to, from, bytes);
+}
+int cuCtxSynchronize() { return when_alive(0); }
 int cuLinkCreate_v2(unsigned options, int* names, void** values, void** link) {
   if (const int status = when_alive(0); status != 0) return status;
   auto* const made = new Link;
@@ -231,6 +253,25 @@ int cuLaunchKernel(void* function, unsigned grid_x, unsigned grid_y, unsigned gr
                                    reinterpret_cast<const void*>(argument), static_cast<unsigned>(count), block_x);
   lost = status != 0;
   return status;
+}
+// An event has the number of launches before it; each takes a millisecond.
+int cuEventCreate(void** event, unsigned) {
+  *event = new long(0);
+  ++links_and_modules;
+  return 0;
+}
+int cuEventRecord(void* event, void*) {
+  *static_cast<long*>(event) = launches;
+  return 0;
+}
+int cuEventElapsedTime(float* milliseconds, void* begin, void* end) {
+  *milliseconds = static_cast<float>(*static_cast<long*>(end) - *static_cast<long*>(begin));
+  return when_alive(0);
+}
+int cuEventDestroy_v2(void* event) {
+  delete static_cast<long*>(event);
+  --links_and_modules;
+  return 0;
 }
 int cuGetErrorName(int status, const char** name) {
   *name = status == kOutOfMemory   ? "CUDA_ERROR_OUT_OF_MEMORY"

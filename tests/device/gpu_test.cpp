@@ -104,7 +104,7 @@ class Gpu : public testing::Test {
     expect_same_bits(gpu.value().film, cpu.value().film, "the GPU's driver");
   }
 
-  static constexpr size_t kOfPaths = 5; // kernels that a render by the path tracer needs
+  static constexpr size_t kOfPaths = 7; // kernels that a render by the path tracer needs
 
   std::unique_ptr<const World> world_ = mixed_world(accel::Kind::kdtree);
   const std::filesystem::path cache_ =
@@ -187,7 +187,7 @@ TEST_F(Gpu, ACompilationIsAnnounced) {
   Warnings first, second;
   EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, &first).ok());
   ASSERT_EQ(first.messages.size(), 1U);
-  EXPECT_NE(first.messages[0].find("Fake GPU: its driver compiles 5 kernels once"), std::string::npos)
+  EXPECT_NE(first.messages[0].find("Fake GPU: its driver compiles 7 kernels once"), std::string::npos)
       << first.messages[0];
   EXPECT_TRUE(render(*world_, gpu_camera(), settings(1), nullptr, &second).ok());
   EXPECT_TRUE(second.messages.empty());
@@ -225,9 +225,24 @@ TEST_F(Gpu, AGpuThatIsTakenIsPassedOver) {
 }
 
 TEST_F(Gpu, LackOfMemoryIsReportedWithFigures) {
-  fail("memory=8192");
+  fail("memory=70000");
   expect_message("Fake GPU: no room for the scene: it needs at least ");
   expect_message(" MiB), and 0.0 MiB are free; use --device cpu");
+}
+
+// Each launch of the stand-in takes a millisecond.
+TEST_F(Gpu, LaunchesAreTimed) {
+  const Result<RenderOutcome> gpu = render(*world_, gpu_camera(), settings(3), nullptr, nullptr);
+  ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+  const KernelUses& uses = gpu.value().statistics.device.kernels;
+  uint64_t launches = 0;
+  for (const Kernel kernel : kAllKernels) {
+    const KernelUse& use = uses[static_cast<size_t>(kernel)];
+    EXPECT_NEAR(use.seconds, 1e-3 * static_cast<double>(use.launches), 1e-9) << kernel_name(kernel);
+    launches += use.launches;
+  }
+  EXPECT_EQ(uses[static_cast<size_t>(Kernel::begin_path)].threads, gpu.value().statistics.rays.paths);
+  EXPECT_GT(launches, 5U);
 }
 
 TEST_F(Gpu, WavesAreSmallerWhereThereIsLittleMemory) {
@@ -326,7 +341,7 @@ TEST_F(AutomaticDevice, TakesTheCpuWhereNoGpuCanBeOpened) {
 }
 
 TEST_F(AutomaticDevice, TakesTheCpuIfTheSceneHasNoRoom) {
-  fail("memory=8192");
+  fail("memory=70000");
   const DeviceUse use = render_anywhere(automatic(), *world_);
   EXPECT_EQ(use.name, "cpu");
   EXPECT_EQ(use.scene_bytes, 0U);

@@ -125,5 +125,15 @@ TEST(PtxModules, EachKernelHasItsOwn) {
   EXPECT_LT(ptx_of_entry(all, "kindling_nearest_hit").size(), all.size() / 10);
 }
 
+TEST(PtxModules, LaunchBoundsLimitRegisters) {
+  EXPECT_EQ(max_registers(".visible .entry first()\n.maxntid 128, 1, 1\n.minnctapersm 4\n{\n}\n"), 128U);
+  EXPECT_EQ(max_registers(".visible .entry first()\n.maxntid 64, 1, 1\n.minnctapersm 16\n{\n}\n"), 64U);
+  EXPECT_EQ(max_registers(".visible .entry first()\n.maxntid 128, 1, 1\n{\n}\n"), 255U);
+  EXPECT_EQ(max_registers(kSmall), 255U);
+  if (gpu_kernels().empty()) GTEST_SKIP() << "built without clang-19: there are no kernels for GPUs";
+  EXPECT_EQ(max_registers(ptx_of_entry(gpu_kernels(), "kindling_intersect_opaque")), 80U);
+  EXPECT_EQ(max_registers(ptx_of_entry(gpu_kernels(), "kindling_shade")), 255U);
+}
+
 } // namespace
 } // namespace kindling::test

@@ -174,7 +174,8 @@ class Query : public TreeVisits<kAny, Query<kAny, Filter>> {
 
 // Returns the nearest hit in (t_min, t_max], or a Hit with instance kNoId.
 template <class Filter>
-[[nodiscard]] inline Hit intersect(const StructureView& view, const Ray& ray, const Filter& filter) {
+[[nodiscard, gnu::always_inline]] inline Hit intersect(const StructureView& view, const Ray& ray,
+                                                       const Filter& filter) {
   if (!can_hit(ray)) return {};
   Stacks stacks;
   Query<false, Filter> query(view, ray, filter, stacks);
@@ -184,7 +185,8 @@ template <class Filter>
 
 // Returns true if anything is hit in (t_min, t_max].
 template <class Filter>
-[[nodiscard]] inline bool occluded(const StructureView& view, const Ray& ray, const Filter& filter) {
+[[nodiscard, gnu::always_inline]] inline bool occluded(const StructureView& view, const Ray& ray,
+                                                       const Filter& filter) {
   if (!can_hit(ray)) return false;
   Stacks stacks;
   return Query<true, Filter>(view, ray, filter, stacks).run();

@@ -19,6 +19,11 @@ nlohmann::ordered_json device_json(const DeviceUse& device) {
   if (const TileStatistics& tiles = device.tiles; tiles.tiles > 0)
     json["tiles"] = {{"tiles", tiles.tiles},   {"slots", tiles.slots},     {"min_slots", tiles.min_slots},
                      {"loaded", tiles.loaded}, {"evicted", tiles.evicted}, {"stages_again", tiles.stages_again}};
+  json["kernels"] = nlohmann::ordered_json::object();
+  for (const Kernel kernel : kAllKernels)
+    if (const KernelUse& use = device.kernels[static_cast<size_t>(kernel)]; use.launches > 0)
+      json["kernels"][kernel_name(kernel)] = {
+          {"launches", use.launches}, {"threads", use.threads}, {"seconds", use.seconds}};
   if (!device.why_cpu.empty()) json["why_cpu"] = device.why_cpu;
   return json;
 }

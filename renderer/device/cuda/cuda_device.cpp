@@ -5,6 +5,7 @@
 #include "renderer/device/cuda/driver.h"
 #include "renderer/device/cuda/gpu_kernels.h"
 #include "renderer/device/cuda/kernel_cache.h"
+#include "renderer/device/cuda/launch_clock.h"
 #include "renderer/device/cuda/ptx_modules.h"
 
 #include <array>
@@ -22,8 +23,12 @@ namespace kindling {
 namespace {
 
 constexpr unsigned kThreadsPerBlock = 128;
+constexpr unsigned kArguments = 16;           // of launches that wait
 constexpr int kOldestCapability = 70;         // 10 major + minor; the target of the PTX
 constexpr uint64_t kMaxStackBytes = 12 << 10; // of a thread, by any kernel
+// The last paths of a bounce keep few multiprocessors busy, for a smaller part of larger waves.
+constexpr uint32_t kLargeWaveSize = 4 * kWaveSize;
+constexpr uint64_t kBytesForLargeWaves = uint64_t{24} << 30;
 constexpr uint64_t kRoundingBytes = 64 << 20; // allocations take whole pages of up to 2 MiB
 
 constexpr std::array<const char*, kKernelCount> kEntries{
@@ -51,7 +56,9 @@ class CudaDevice final : public Device {
   ~CudaDevice() override {
     if (context_ == nullptr) return;
     driver_.use_context(context_);
-    if (argument_ != 0) driver_.release(argument_);
+    clock_.reset();
+    if (arguments_ != 0) driver_.release(arguments_);
+    if (arguments_here_ != nullptr) driver_.release_host(arguments_here_);
     for (const LoadedKernel& kernel : kernels_)
       if (kernel.module != nullptr) driver_.unload_module(kernel.module);
     driver_.release_context(number_);
@@ -87,15 +94,27 @@ class CudaDevice final : public Device {
     if (to.empty()) return;
     use();
     check(driver_.download(to.data(), reinterpret_cast<cuda::Address>(from), to.size()), "computing");
+    clock_->collect(); // all launches have ended
+    next_argument_ = 0;
   }
   void clear(std::byte* memory, size_t bytes) override {
     if (bytes == 0) return;
     use();
     check(driver_.fill(reinterpret_cast<cuda::Address>(memory), 0, bytes), "clearing memory");
   }
+  // Copies to other memory go through some of the driver's. Failures cost that alone.
+  void lock(std::span<std::byte> memory) noexcept override {
+    driver_.use_context(context_);
+    driver_.lock_memory(memory.data(), memory.size(), 0);
+  }
+  void unlock(std::span<std::byte> memory) noexcept override {
+    driver_.use_context(context_);
+    driver_.unlock_memory(memory.data());
+  }
   void prepare(std::span<const Kernel> kernels) override;
   void launch(Kernel kernel, std::span<const std::byte> argument, uint32_t count) override;
-  [[nodiscard]] uint32_t wave_size() const override { return kWaveSize; }
+  [[nodiscard]] KernelUses kernel_uses() const override { return clock_->uses(); }
+  [[nodiscard]] uint32_t wave_size() const override { return wave_size_; }
 
  private:
   // Contexts belong to threads, and any thread may call.
@@ -112,16 +131,27 @@ class CudaDevice final : public Device {
   int capability_;
   DeviceNotice notice_;
   int driver_version_ = 0;
+  uint32_t wave_size_ = kWaveSize;
   cuda::Context context_ = nullptr;
   std::array<LoadedKernel, kKernelCount> kernels_;
-  cuda::Address argument_ = 0; // kMaxArgumentBytes of the GPU's memory
+  // Arguments of launches, on the GPU and in locked memory here: a copy from other memory would
+  // wait for the launch before.
+  cuda::Address arguments_ = 0;
+  void* arguments_here_ = nullptr;
+  unsigned next_argument_ = 0; // those before belong to launches that may not have ended
+  std::unique_ptr<cuda::LaunchClock> clock_;
 };
 
 void CudaDevice::start() {
   check(driver_.driver_version(&driver_version_), "asking for its driver's version");
   check(driver_.retain_context(&context_, number_), "starting it");
   use();
-  check(driver_.allocate(&argument_, kMaxArgumentBytes), "allocating memory");
+  check(driver_.allocate(&arguments_, kArguments * kMaxArgumentBytes), "allocating memory");
+  check(driver_.allocate_host(&arguments_here_, kArguments * kMaxArgumentBytes), "allocating memory");
+  clock_ = std::make_unique<cuda::LaunchClock>(driver_);
+  size_t free_bytes = 0, total_bytes = 0;
+  check(driver_.memory(&free_bytes, &total_bytes), "asking for its memory");
+  if (free_bytes >= kBytesForLargeWaves) wave_size_ = kLargeWaveSize;
 }
 
 // Returns the machine code for this GPU. Any thread may call it.
@@ -129,8 +159,9 @@ std::vector<char> CudaDevice::compile(const std::string& ptx) const {
   use();
   // The driver keeps the addresses of these until the link ends, and writes to them.
   std::array<char, 1024> log{};
-  std::array<int, 2> options{cuda::kJitErrorLog, cuda::kJitErrorLogBytes};
-  std::array<void*, 2> values{log.data(), reinterpret_cast<void*>(log.size())};
+  std::array<int, 3> options{cuda::kJitErrorLog, cuda::kJitErrorLogBytes, cuda::kJitMaxRegisters};
+  std::array<void*, 3> values{log.data(), reinterpret_cast<void*>(log.size()),
+                              reinterpret_cast<void*>(uintptr_t{max_registers(ptx)})};
   cuda::Link link = nullptr;
   check(driver_.begin_link(static_cast<unsigned>(options.size()), options.data(), values.data(), &link),
         "compiling the kernels");
@@ -170,13 +201,15 @@ void CudaDevice::prepare(std::span<const Kernel> kernels) {
     std::vector<char> code;
     std::exception_ptr failure;
   };
+  static const uint64_t key = kernel_cache_key(gpu_kernels());
   std::vector<Missing> missing;
   for (const Kernel kernel : kernels) {
     if (kernels_[static_cast<size_t>(kernel)].function != nullptr) continue;
-    std::string ptx = ptx_of_entry(gpu_kernels(), kEntries[static_cast<size_t>(kernel)]);
-    std::filesystem::path file = kernel_cache_file(ptx, capability_, driver_version_);
+    const char* const entry = kEntries[static_cast<size_t>(kernel)];
+    std::filesystem::path file = kernel_cache_file(key, entry, capability_, driver_version_);
     // A damaged file is replaced.
-    if (!load(kernel, read_cached_kernels(file))) missing.push_back({kernel, std::move(ptx), std::move(file), {}, {}});
+    if (!load(kernel, read_cached_kernels(file)))
+      missing.push_back({kernel, ptx_of_entry(gpu_kernels(), entry), std::move(file), {}, {}});
   }
   if (missing.empty()) return;
   if (notice_)
@@ -219,12 +252,21 @@ void CudaDevice::launch(Kernel kernel, std::span<const std::byte> argument, uint
   const cuda::Function& function = kernels_[static_cast<size_t>(kernel)].function;
   if (function == nullptr) prepare(std::span(&kernel, 1));
   use();
-  // Copies and launches are done in their order, so the launch before has read its argument.
-  check(driver_.upload(argument_, argument.data(), argument.size()), "computing");
-  std::array<void*, 2> parameters{&argument_, &count};
+  if (next_argument_ == kArguments) {
+    check(driver_.wait(), "computing");
+    next_argument_ = 0;
+  }
+  const size_t place = kMaxArgumentBytes * next_argument_++;
+  std::byte* const here = static_cast<std::byte*>(arguments_here_) + place;
+  std::memcpy(here, argument.data(), argument.size());
+  cuda::Address there = arguments_ + place;
+  check(driver_.upload_later(there, here, argument.size(), nullptr), "computing");
+  std::array<void*, 2> parameters{&there, &count};
   const unsigned blocks = count / kThreadsPerBlock + (count % kThreadsPerBlock > 0 ? 1 : 0);
+  clock_->begin();
   check(driver_.launch(function, blocks, 1, 1, kThreadsPerBlock, 1, 1, 0, nullptr, parameters.data(), nullptr),
         "starting a kernel");
+  clock_->end(kernel, count);
 }
 
 } // namespace

@@ -20,6 +20,7 @@ using Context = void*;
 using Module = void*;
 using Function = void*;
 using Stream = void*;
+using Event = void*;
 using Link = void*;                 // CUlinkState
 using Address = unsigned long long; // CUdeviceptr
 
@@ -27,6 +28,7 @@ using Address = unsigned long long; // CUdeviceptr
 inline constexpr int kMajorCapability = 75, kMinorCapability = 76;
 inline constexpr int kProcessors = 16, kThreadsPerProcessor = 39;
 // Values of CUjit_option.
+inline constexpr int kJitMaxRegisters = 0;
 inline constexpr int kJitErrorLog = 5, kJitErrorLogBytes = 6;
 // A value of CUjitInputType.
 inline constexpr int kPtxInput = 1;
@@ -48,6 +50,12 @@ inline constexpr int kPtxInput = 1;
   FUNCTION(upload, "cuMemcpyHtoD_v2", (Address to, const void* from, size_t bytes))                                    \
   FUNCTION(download, "cuMemcpyDtoH_v2", (void* to, Address from, size_t bytes))                                        \
   FUNCTION(fill, "cuMemsetD8_v2", (Address to, unsigned char value, size_t bytes))                                     \
+  FUNCTION(allocate_host, "cuMemAllocHost_v2", (void** memory, size_t bytes))                                          \
+  FUNCTION(release_host, "cuMemFreeHost", (void* memory))                                                              \
+  FUNCTION(upload_later, "cuMemcpyHtoDAsync_v2", (Address to, const void* from, size_t bytes, Stream stream))          \
+  FUNCTION(wait, "cuCtxSynchronize", ())                                                                               \
+  FUNCTION(lock_memory, "cuMemHostRegister_v2", (void* memory, size_t bytes, unsigned flags))                          \
+  FUNCTION(unlock_memory, "cuMemHostUnregister", (void* memory))                                                       \
   FUNCTION(begin_link, "cuLinkCreate_v2", (unsigned option_count, int* options, void** values, Link* link))            \
   FUNCTION(add_to_link, "cuLinkAddData_v2",                                                                            \
            (Link link, int type, void* data, size_t bytes, const char* name, unsigned option_count, int* options,      \
@@ -60,6 +68,10 @@ inline constexpr int kPtxInput = 1;
   FUNCTION(launch, "cuLaunchKernel",                                                                                   \
            (Function function, unsigned grid_x, unsigned grid_y, unsigned grid_z, unsigned block_x, unsigned block_y,  \
             unsigned block_z, unsigned shared_bytes, Stream stream, void** parameters, void** extra))                  \
+  FUNCTION(create_event, "cuEventCreate", (Event * event, unsigned flags))                                             \
+  FUNCTION(record_event, "cuEventRecord", (Event event, Stream stream))                                                \
+  FUNCTION(event_milliseconds, "cuEventElapsedTime", (float* milliseconds, Event begin, Event end))                    \
+  FUNCTION(destroy_event, "cuEventDestroy_v2", (Event event))                                                          \
   FUNCTION(error_name, "cuGetErrorName", (Status status, const char** name))                                           \
   FUNCTION(error_text, "cuGetErrorString", (Status status, const char** text))
 

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -46,13 +47,15 @@ void remove_oldest(const fs::path& folder) {
 
 } // namespace
 
-fs::path kernel_cache_file(std::string_view ptx, int capability, int driver_version) {
+uint64_t kernel_cache_key(std::string_view ptx) { return hash_of(ptx); }
+
+fs::path kernel_cache_file(uint64_t key, std::string_view entry, int capability, int driver_version) {
   const fs::path folder = cache_folder();
   if (folder.empty()) return {};
-  std::array<char, 96> name{};
-  std::snprintf(name.data(), name.size(), "sm_%d-cuda_%d-%016llx.cubin", capability, driver_version,
-                static_cast<unsigned long long>(hash_of(ptx)));
-  return folder / "kindling" / "kernels" / name.data();
+  std::array<char, 64> name{};
+  std::snprintf(name.data(), name.size(), "sm_%d-cuda_%d-%016llx-", capability, driver_version,
+                static_cast<unsigned long long>(key));
+  return folder / "kindling" / "kernels" / (name.data() + std::string(entry) + ".cubin");
 }
 
 std::vector<char> read_cached_kernels(const fs::path& file) {

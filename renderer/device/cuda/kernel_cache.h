@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -12,10 +13,14 @@
 
 namespace kindling {
 
-// Returns the file for what a driver of this version makes of this PTX for GPUs of this capability
-// (10 major + minor), in $XDG_CACHE_HOME/kindling/kernels, or in ~/.cache without that variable.
-// Empty if there is no such folder.
-[[nodiscard]] std::filesystem::path kernel_cache_file(std::string_view ptx, int capability, int driver_version);
+// Returns a number for the PTX of all kernels, which names its files.
+[[nodiscard]] uint64_t kernel_cache_key(std::string_view ptx);
+
+// Returns the file for what a driver of this version makes of an entry point of the PTX with this
+// key, for GPUs of this capability (10 major + minor), in $XDG_CACHE_HOME/kindling/kernels, or in
+// ~/.cache without that variable. Empty if there is no such folder.
+[[nodiscard]] std::filesystem::path kernel_cache_file(uint64_t key, std::string_view entry, int capability,
+                                                      int driver_version);
 
 // Returns what cache_kernels() was given for the file; nothing if the file does not exist, cannot
 // be read or is damaged, so that a driver never sees damaged code.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstdlib>
 #include <map>
 #include <vector>
 
@@ -106,6 +107,19 @@ std::string ptx_of_entry(std::string_view ptx, std::string_view entry) {
     if (needed[i] || statements[i].symbol.empty()) part += statements[i].text;
   part += '\n';
   return part;
+}
+
+unsigned max_registers(std::string_view ptx) {
+  constexpr unsigned kOfMultiprocessor = 65536, kOfThread = 255, kUnit = 8;
+  const auto number_after = [ptx](std::string_view directive) {
+    const size_t at = ptx.find(directive);
+    return at == ptx.npos
+               ? 0U
+               : static_cast<unsigned>(std::atoi(std::string(ptx.substr(at + directive.size(), 12)).c_str()));
+  };
+  const unsigned threads = number_after(".maxntid "), blocks = number_after(".minnctapersm ");
+  if (threads * blocks == 0) return kOfThread;
+  return std::min(kOfThread, kOfMultiprocessor / (threads * blocks) / kUnit * kUnit);
 }
 
 } // namespace kindling

@@ -15,7 +15,8 @@
 #define KINDLING_ENTRY(name, argument)                                                                                 \
   extern "C" KINDLING_GPU_KERNEL void kindling_##name(const kindling::argument* wave, uint32_t count) {                \
     const uint32_t number = kindling::gpu_thread_number();                                                             \
-    if (number < count) kindling::kernels::name(*wave, number);                                                        \
+    if (number < count) [[clang::always_inline]]                                                                       \
+      kindling::kernels::name(*wave, number);                                                                          \
   }
 KINDLING_KERNELS(KINDLING_ENTRY)
 #undef KINDLING_ENTRY

@@ -23,7 +23,10 @@ struct RayBatch;
   KERNEL(shade_beside_photons, PathWave)                                                                               \
   KERNEL(shade_reused, PathWave)                                                                                       \
   KERNEL(trace_shadow, PathWave)                                                                                       \
+  KERNEL(place_kinds, PathWave)                                                                                        \
+  KERNEL(sort_paths, PathWave)                                                                                         \
   KERNEL(trace_shadow_opaque, PathWave)                                                                                \
+  KERNEL(add_shadows, PathWave)                                                                                        \
   KERNEL(start_sharing, PathWave)                                                                                      \
   KERNEL(link_paths, PathWave)                                                                                         \
   KERNEL(trace_link, PathWave)                                                                                         \
@@ -56,6 +59,16 @@ enum class Kernel : uint8_t {
   KINDLING_KERNELS(KINDLING_KERNEL_NAME)
 #undef KINDLING_KERNEL_NAME
 };
+// "shade"
+[[nodiscard]] constexpr const char* kernel_name(Kernel kernel) {
+  constexpr std::array kNames{
+#define KINDLING_KERNEL_NAME(name, argument) #name,
+      KINDLING_KERNELS(KINDLING_KERNEL_NAME)
+#undef KINDLING_KERNEL_NAME
+  };
+  return kNames[static_cast<size_t>(kernel)];
+}
+
 #define KINDLING_KERNEL(name, argument) Kernel::name,
 inline constexpr std::array kAllKernels{KINDLING_KERNELS(KINDLING_KERNEL)};
 #undef KINDLING_KERNEL

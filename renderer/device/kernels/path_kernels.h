@@ -26,17 +26,41 @@ inline void begin_path(const PathWave& wave, uint32_t path) {
   wave.active.paths[path] = path;
 }
 
+// Sets the hit of an active path, and counts its kind.
+inline void arrive_at(const PathWave& wave, uint32_t number, uint32_t path, const accel::Hit& hit) {
+  wave.hits[path] = hit;
+  if (wave.kinds == nullptr) return;
+  const WorldView& world = wave.scene->world;
+  const uint32_t kind = hit.is_hit() ? 1 + world.geometries[hit.mesh].material % (kHitKinds - 1) : 0;
+  wave.kinds[number] = static_cast<uint8_t>(kind);
+  (void)take_places(wave.kind_counts + kind, 1, kind);
+}
+
 // Finds the nearest hit of the ray of an active path.
 inline void intersect(const PathWave& wave, uint32_t number) {
   const uint32_t path = wave.active.paths[number];
-  wave.hits[path] = wave.scene->world.probe_hit(wave.path_rays[path]);
+  arrive_at(wave, number, path, wave.scene->world.probe_hit(wave.path_rays[path]));
 }
 
 // The same where WorldView::filters_hits is false. It needs far less of a GPU.
 inline void intersect_opaque(const PathWave& wave, uint32_t number) {
   const uint32_t path = wave.active.paths[number];
-  wave.hits[path] =
-      accel::kd::compact::intersect(wave.scene->tree, wave.path_rays[path], accel::kd::compact::AcceptAll{});
+  arrive_at(wave, number, path,
+            accel::kd::compact::intersect(wave.scene->tree, wave.path_rays[path], accel::kd::compact::AcceptAll{}));
+}
+
+// By kind: finds the first place of its paths.
+inline void place_kinds(const PathWave& wave, uint32_t kind) {
+  uint32_t first = 0;
+  for (uint32_t other = 0; other < kind; ++other) first += wave.kind_counts[other];
+  wave.kind_places[kind] = first;
+}
+
+// Moves an active path to those of its kind, which take the same branches of shade() and read the
+// same material. Their order is any.
+inline void sort_paths(const PathWave& wave, uint32_t number) {
+  const uint32_t kind = wave.kinds[number];
+  wave.sorted_paths[take_places(wave.kind_places + kind, 1, kind)] = wave.active.paths[number];
 }
 
 // Other paths that find the light of those from the camera.
@@ -61,11 +85,15 @@ struct WaveSink {
   void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
     if (shadow_count == 0) {
       first_shadow = wave.shadows.take_places(light_samples);
-      for (uint32_t i = 1; i < light_samples; ++i) wave.shadow_records[first_shadow + i].count = 0;
+      for (uint32_t i = 1; i < light_samples; ++i) {
+        wave.shadow_records[first_shadow + i].count = 0;
+        wave.shadow_records[first_shadow + i].is_ray = false;
+      }
     }
     const uint32_t place = first_shadow + shadow_count;
     wave.shadow_rays[place] = ray;
     wave.shadow_records[place].record = record;
+    wave.shadow_records[place].is_ray = true;
     wave.shadow_records[first_shadow].count = ++shadow_count;
   }
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
@@ -217,16 +245,28 @@ inline void trace_shadow(const PathWave& wave, uint32_t number) {
   }
 }
 
-// The same where WorldView::filters_hits is false, so there are no thin walls either.
+// Traces one shadow ray, where WorldView::filters_hits is false, so there are no thin walls either.
+// Where its path has several, add_shadows() adds their light.
 inline void trace_shadow_opaque(const PathWave& wave, uint32_t number) {
-  const uint32_t count = wave.shadow_records[number].count;
-  for (uint32_t i = number; i < number + count; ++i) {
-    const ShadowRecord& record = wave.shadow_records[i].record;
-    ++wave.rays[record.slot].shadows;
-    const bool blocked =
-        accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[i], accel::kd::compact::AcceptAll{});
-    add_light(wave, i, record, !blocked);
+  WaveShadow& shadow = wave.shadow_records[number];
+  if (!shadow.is_ray) return;
+  const bool visible =
+      !accel::kd::compact::occluded(wave.scene->tree, wave.shadow_rays[number], accel::kd::compact::AcceptAll{});
+  if (shadow.count != 1) {
+    shadow.visible = visible;
+    return;
   }
+  ++wave.rays[shadow.record.slot].shadows;
+  add_light(wave, number, shadow.record, visible);
+}
+
+// Adds the light of the shadow rays of a path that has several, if the first one has this number.
+inline void add_shadows(const PathWave& wave, uint32_t number) {
+  const uint32_t count = wave.shadow_records[number].count;
+  if (count < 2) return;
+  wave.rays[wave.shadow_records[number].record.slot].shadows += count;
+  for (uint32_t i = number; i < number + count; ++i)
+    add_light(wave, i, wave.shadow_records[i].record, wave.shadow_records[i].visible);
 }
 
 // Returns the function that add_pixel() asks for a path's light.

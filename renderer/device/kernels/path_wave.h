@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/ray.h"
+#include "renderer/device/kernels/take_places.h"
 #include "renderer/device/kernels/wave.h"
 #include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -21,18 +22,22 @@ struct WaveQueue {
   uint32_t* paths = nullptr;
 
   // Returns the first place of new entries.
-  [[nodiscard]] uint32_t take_places(uint32_t entries) const {
-    return __atomic_fetch_add(count, entries, __ATOMIC_RELAXED);
-  }
+  [[nodiscard]] uint32_t take_places(uint32_t entries) const { return kernels::take_places(count, entries, entries); }
   void append(uint32_t path) const { paths[take_places(1)] = path; }
 };
 
-// A shadow ray's light. One thread traces all shadow rays of a path in this bounce, so that their
-// sum has one order.
+// A shadow ray's light. One thread adds the light of all shadow rays of a path in this bounce, so
+// that their sum has one order.
 struct WaveShadow {
   ShadowRecord record;
-  uint32_t count = 0; // of the path's rays from this one on; 0: none, or they belong to one before
+  uint32_t count = 0;   // of the path's rays from this one on; 0: none, or they belong to one before
+  bool is_ray = false;  // false: the place is empty
+  bool visible = false; // set by trace_shadow_opaque() where the path has several
 };
+
+// The number of kinds of hits by which paths are sorted: one for all rays that leave the scene, the
+// others by the material's number.
+inline constexpr uint32_t kHitKinds = 64;
 
 // A light path.
 struct WaveLightPath {
@@ -56,6 +61,11 @@ struct PathWave : Wave {
   accel::Hit* hits = nullptr;
   // Paths that continue, and those of the next bounce.
   WaveQueue active, next;
+  // For paths that are sorted by the kind of their hit, before they are shaded.
+  uint8_t* kinds = nullptr;         // by place in `active`; null: they are not
+  uint32_t* kind_counts = nullptr;  // kHitKinds numbers of paths
+  uint32_t* kind_places = nullptr;  // likewise, the next place of a path of each
+  uint32_t* sorted_paths = nullptr; // receives `active`, sorted
   // Shadow rays of this bounce: consecutive places for each path, as many as it has light samples.
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;

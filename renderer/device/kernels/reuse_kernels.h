@@ -6,6 +6,7 @@
 #include "renderer/device/kernels/path_wave.h"
 #include "renderer/device/kernels/wave_kernels.h"
 
+#include <bit>
 #include <cstdint>
 
 namespace kindling::kernels {
@@ -33,15 +34,16 @@ inline void start_sharing(const PathWave& wave, uint32_t slot) { wave.reuse.star
 // Appends the links to the first surface of a path whose rays are to be traced.
 inline void link_paths(const PathWave& wave, uint32_t slot) {
   const uint32_t traced = wave.reuse.link_paths(wave.scene->stages, slot, group_of(wave, slot));
-  for (uint32_t place = 1; traced >> place != 0; ++place) {
-    if ((traced >> place & 1U) == 0) continue;
-    wave.reuse_links.append(slot * wave.reuse.count + place);
-    ++wave.rays[slot].shadows;
-  }
+  if (traced == 0) return;
+  const auto count = static_cast<uint32_t>(std::popcount(traced));
+  uint32_t next = wave.reuse_links.take_places(count);
+  for (uint32_t place = 1; traced >> place != 0; ++place)
+    if ((traced >> place & 1U) != 0) wave.reuse_links.paths[next++] = slot * wave.reuse.count + place;
+  wave.rays[slot].shadows += count;
 }
 
 template <typename Blocked>
-inline void trace_link_of(const PathWave& wave, uint32_t number, const Blocked& blocked) {
+[[gnu::always_inline]] inline void trace_link_of(const PathWave& wave, uint32_t number, const Blocked& blocked) {
   const uint32_t link = wave.reuse_links.paths[number];
   const uint32_t slot = link / wave.reuse.count, place = link % wave.reuse.count;
   if (blocked(wave.reuse.link_ray(slot, group_of(wave, slot), place, wave.samples[slot]))) wave.reuse.links[link] = {};
@@ -53,9 +55,10 @@ inline void trace_link(const PathWave& wave, uint32_t number) {
 }
 // The same where WorldView::filters_hits is false.
 inline void trace_link_opaque(const PathWave& wave, uint32_t number) {
-  trace_link_of(wave, number, [&](const accel::Ray& ray) {
-    return accel::kd::compact::occluded(wave.scene->tree, ray, accel::kd::compact::AcceptAll{});
-  });
+  trace_link_of(
+      wave, number, [&](const accel::Ray& ray) __attribute__((always_inline)) {
+        return accel::kd::compact::occluded(wave.scene->tree, ray, accel::kd::compact::AcceptAll{});
+      });
 }
 
 // By path: what is received from its second surface, then what its first surface receives.

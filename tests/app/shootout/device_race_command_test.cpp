@@ -85,7 +85,7 @@ TEST_F(DeviceShootout, AGpuThatComputesNothingIsFoundOut) {
 
 TEST_F(DeviceShootout, AGpuThatFailsLeavesTheRace) {
   for (const auto& [how, words] : {std::pair("lost=0", "the device failed: Fake GPU: starting a kernel failed: "),
-                                   std::pair("memory=5000", "the device failed: Fake GPU: no room for 0 MiB")}) {
+                                   std::pair("memory=66000", "the device failed: Fake GPU: no room for 0 MiB")}) {
     const ProgramResult result = race_on_fake(how);
     if (no_kernels(result)) GTEST_SKIP() << "built without clang-19: there are no kernels for GPUs";
     EXPECT_EQ(result.exit_code, 1);

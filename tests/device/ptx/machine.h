@@ -65,6 +65,7 @@ class Thread {
   explicit Thread(const std::vector<Region>& regions) : regions_(&regions) {}
 
   u32 tid_x = 0, ntid_x = 1, ctaid_x = 0, nctaid_x = 1;
+  u32 lanemask_lt = 0; // each thread is alone in its warp, lane 0
 
   // Begins a function that has `bytes` of local memory, which have no values yet. Returns their
   // address.

@@ -206,6 +206,14 @@ OP u64 shr_s64(u64 a, u32 n) { return static_cast<u64>(i64(a) >> (n < 64 ? n : 6
 OP u32 shf_l_wrap_b32(u32 a, u32 b, u32 n) { return static_cast<u32>((u64{b} << 32 | a) << (n & 31) >> 32); }
 OP u32 shf_r_wrap_b32(u32 a, u32 b, u32 n) { return static_cast<u32>((u64{b} << 32 | a) >> (n & 31)); }
 
+// 9.7.13, votes and shuffles of a warp. Each thread is alone in its warp, as lane 0.
+OP u32 activemask_b32() { return 1; }
+OP u32 match_any_sync_b32(u32 /*a*/, u32 mask) { return mask; }
+OP u32 shfl_sync_idx_b32(u32 a, u32 lane, u32 /*clamp*/, u32 /*mask*/) {
+  if (lane != 0) fault("shfl reads a lane that is not in the warp");
+  return a;
+}
+
 // 9.7.9, moves and conversions.
 OP bool mov_pred(bool a) { return a; }
 OP u16 mov_u16(u16 a) { return a; }

@@ -5,7 +5,7 @@ import re
 
 from ptx_text import PtxError, memory_of
 
-SPECIAL = {"%tid.x": "t.tid_x", "%ntid.x": "t.ntid_x", "%ctaid.x": "t.ctaid_x", "%nctaid.x": "t.nctaid_x"}
+SPECIAL = {"%lanemask_lt": "t.lanemask_lt", "%tid.x": "t.tid_x", "%ntid.x": "t.ntid_x", "%ctaid.x": "t.ctaid_x", "%nctaid.x": "t.nctaid_x"}
 REGISTERS = {"pred": "bool", "b16": "u16", "b32": "u32", "b64": "u64", "f32": "f32", "f64": "f64"}
 FLOATS = {"u32": "f32", "u64": "f64"}
 # What memory has of a type: its type in C++.
@@ -19,7 +19,7 @@ def operations():
     header = (pathlib.Path(__file__).parent / "operations.h").read_text(encoding="utf-8")
     found = {}
     for result, name, operands in re.findall(r"^OP (\w+) (\w+)\(([^)]*)\)", header, re.M):
-        found[name] = (result, [operand.split()[0] for operand in operands.split(",")])
+        found[name] = (result, [operand.split()[0] for operand in operands.split(",") if operand])
     return found
 
 
@@ -257,7 +257,7 @@ class FunctionWriter:
             raise self.error("this instruction is not known")
         result, kinds = known
         to, *arguments = split_operands(operands)
-        carries = kinds[-1] == "bool&"
+        carries = kinds[-1:] == ["bool&"]
         if len(arguments) != len(kinds) - (1 if carries else 0):
             raise self.error("this instruction has other operands")
         if name == "cvt" and kinds[0] == "u16" and self.registers.get(arguments[0]) == "u32":  # PTX ISA 9.4.1
