@@ -5,7 +5,7 @@ import re
 
 from one_round import Skipped, chosen_jobs, find_tool
 
-SIZE, SPP = "320x180", 8  # one wave of samples: ncu repeats each launch several times
+SIZE, SPP = "960x540", 1  # one pass, half a million paths: ncu repeats each launch several times
 DURATION = "gpu__time_duration.sum"
 # Averages over the launches of a kernel, weighted by their time, by the name in the result.
 AVERAGES = {

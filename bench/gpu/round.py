@@ -8,6 +8,7 @@ usage: round.py --out FOLDER [--program KINDLING] [--device NAME] [--parts NAME,
 --seconds: no new measurement begins after that time; a third of it is reserved for bits, unless --parts is without it."""
 # SPDX-License-Identifier: Apache-2.0
 import argparse
+import concurrent.futures
 import json
 import os
 import platform
@@ -101,11 +102,13 @@ def split(the_round):
 
 
 def speed(the_round):
-    """Million samples per second of the render phase, without the start of the device: medians of rounds in turn."""
+    """Million samples per second of the render phase, without the start of the device: medians of rounds in turn. The time of the last
+    round by kernel."""
     options = the_round.options
     contestants = {options.device: (options.device, 0, options.spp), "CPU, all threads": ("cpu", 0, max(1, options.spp // 8)),
                    "CPU, two threads": ("cpu", 2, max(1, options.spp // 32))}
     rates, table = {}, the_round.found.setdefault("speed", {})
+    times = the_round.found.setdefault("times", {})
     for job in measured_jobs():
         for _ in range(options.rounds):
             for name, (device, threads, spp) in contestants.items():
@@ -115,6 +118,9 @@ def speed(the_round):
                 width, height = map(int, options.size.split("x"))
                 seconds = max(stats["phases"]["render"] - stats["device"]["start_s"], 1e-9)
                 rates.setdefault((job.name, name), []).append(width * height * spp / seconds * 1e-6)
+                if device != "cpu":
+                    nanoseconds = {kernel: use["seconds"] / (width * height * spp) * 1e9 for kernel, use in stats["device"]["kernels"].items()}
+                    times[job.name] = dict(sorted(nanoseconds.items(), key=lambda kernel: -kernel[1]), all=sum(nanoseconds.values()))
         table[job.name] = {name: statistics.median(rates[job.name, name]) for name in contestants}
         the_round.save()
     return table
@@ -188,20 +194,39 @@ def images(the_round):
 
 
 def bits(the_round):
-    """Images whose pixels differ from those of the CPU, in three sizes: with all layers and parts of the light, with shared paths, and without."""
+    """Images whose pixels differ from those of the CPU, in three sizes: with all layers and parts of the light, with shared paths, and without.
+    Several are rendered at the same time."""
     jobs = measured_jobs() + [renderers.Job(str(scene.relative_to(ROOT / "scenes")), scene, (320, 180), 8)
                               for scene in same_images.scenes_in(ROOT / "scenes")]
-    compared, different = 0, []
-    for job in jobs:
-        for size in SIZES:
-            if the_round.is_over():
-                return {"compared": compared, "different": different, "ended early before": job.name}
-            pixels = [same_images.pixels_of(the_round.render(job, device, *LAYERS[size], device=device, spp=4, size=size)[0])
-                      for device in ("cpu", the_round.options.device)]
-            compared += 1
-            if pixels[0] != pixels[1]:
-                different.append(f"{job.name} {size}")
-    return {"compared": compared, "different": different}
+    compared, different, early = 0, [], {}
+
+    def is_same(job, size):
+        """None if there was no time."""
+        if the_round.is_over():
+            return None
+        name = f"{job.name} {size}".replace("/", " ")
+        pixels = []
+        for device in ("cpu", the_round.options.device):
+            image = the_round.render(job, f"{name} {device}", *LAYERS[size], device=device, spp=4, size=size)[0]
+            pixels.append(same_images.pixels_of(image))
+            image.unlink()
+        return pixels[0] == pixels[1]
+
+    with concurrent.futures.ThreadPoolExecutor(max(1, (os.cpu_count() or 1) // 3)) as threads:
+        answers = [(job, size, threads.submit(is_same, job, size)) for job in jobs for size in SIZES]
+        for job, size, answer in answers:
+            try:
+                same = answer.result()
+            except RuntimeError as error:  # the other images may still tell something
+                different.append(f"{job.name} {size}: {error}")
+                continue
+            if same is None:
+                early = early or {"ended early before": job.name}
+            else:
+                compared += 1
+                if not same:
+                    different.append(f"{job.name} {size}")
+    return {"compared": compared, "different": different} | early
 
 
 PARTS = {part.__name__: part for part in (machine, start, split, speed, shootout, scaling, images, kernels, sanitizer, paper, peer, bits)}

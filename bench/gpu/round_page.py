@@ -3,7 +3,8 @@
 
 NOTES = {
     "speed": "Million samples per second.",
-    "kernels": "One wave of samples, each launch measured alone; percentages are of the peak, averages weighted by time. Bound: the unit that is "
+    "times": "Nanoseconds for a sample, by kernel: those of all launches, from events of the device.",
+    "kernels": "One pass of samples, each launch measured alone; percentages are of the peak, averages weighted by time. Bound: the unit that is "
                "busiest, or latency where none reaches 60 %.",
     "sanitizer": "Errors of memcheck, hazards of racecheck.",
     "paper": "Seconds; the paper's are of its machine, those of one thread from an eighth of the samples; the device's without its start.",
@@ -24,7 +25,7 @@ def markdown(found, device):
             lines += kernel_tables(result)
         elif part == "speed":
             lines += table_of({scene: rates | ratios(rates) if isinstance(rates, dict) else rates for scene, rates in result.items()})
-        elif part in ("shootout", "scaling", "sanitizer", "paper", "peer"):
+        elif part in ("times", "shootout", "scaling", "sanitizer", "paper", "peer"):
             lines += table_of(result, FIRST_COLUMN.get(part, "scene"))
         else:
             lines += [f"- {name}: {f'{value:.2f} s' if isinstance(value, float) else value}" for name, value in result.items()]

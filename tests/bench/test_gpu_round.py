@@ -123,8 +123,8 @@ class HostDevice(unittest.TestCase):
 
     def test_races_and_shared_frames_are_measured(self):
         out = self.folder / "out"
-        result, found = run_round(out, "--parts", "shootout,scaling", "--rays", "500", "--spp", "8", "--seconds", "60",
-                                  script=pack(self.folder / "round"))
+        result, found = run_round(out, "--parts", "speed,shootout,scaling", "--size", "64x36", "--rounds", "1", "--rays", "500", "--spp", "8",
+                                  "--seconds", "60", script=pack(self.folder / "round"))
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         race, shared = found["shootout"]["dragon"], found["scaling"]["dragon"]
         self.assertEqual((race["answers"], race["different"], shared["different images"]), (3500, 0, 0))
@@ -132,6 +132,10 @@ class HostDevice(unittest.TestCase):
             self.assertGreater(race[name], 0, name)
         for name in ("1 thread", "device", "both, start included"):
             self.assertGreater(shared[name], 0, name)
+        self.assertGreater(found["speed"]["dragon"]["CPU, two threads"], 0)
+        times = found["times"]["dragon"]
+        self.assertAlmostEqual(times["all"], sum(value for name, value in times.items() if name != "all"))
+        self.assertGreater(times["shade"], 0)
         page = (out / "round.md").read_text(encoding="utf-8")
         self.assertIn("| scene | kdtree on host, camera |", page)
         self.assertIn("| dragon | ", page)
