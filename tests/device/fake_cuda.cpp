@@ -172,7 +172,7 @@ int cuMemcpyHtoDAsync_v2(unsigned long long to, const void* from, size_t bytes, 
   return cuMemcpyHtoD_v2(to, from, bytes);
 }
 int cuCtxSynchronize() { return when_alive(0); }
-int cuLinkCreate_v2(unsigned options, int* names, void** values, void** link) {
+int cuLinkCreate_v2(unsigned options, const int* names, void** values, void** link) {
   if (const int status = when_alive(0); status != 0) return status;
   auto* const made = new Link;
   ++links_and_modules;
@@ -191,10 +191,11 @@ int cuLinkAddData_v2(void* to, int type, void* ptx, size_t bytes, const char*, u
   if (status != 0) std::fill_n(link.log, link.log_bytes, 'x');
   if (status != 0) std::memcpy(link.log, "line 7: unknown instruction\nmore", 32);
   const std::string_view text(static_cast<const char*>(ptx), bytes);
-  if (type != 1 || text.empty() || text.back() != '\0' || text.find(".version") == text.npos) return kInvalidValue;
+  if (type != 1 || text.empty() || text.back() != '\0' || text.find(".version") == std::string_view::npos)
+    return kInvalidValue;
   link.code = kCode;
   constexpr std::string_view kEntry = ".visible .entry ";
-  for (size_t at = text.find(kEntry); at != text.npos; at = text.find(kEntry, at + 1)) {
+  for (size_t at = text.find(kEntry); at != std::string_view::npos; at = text.find(kEntry, at + 1)) {
     const size_t begin = at + kEntry.size();
     link.code += ' ';
     link.code += text.substr(begin, text.find('(', begin) - begin);

@@ -77,6 +77,7 @@ inline constexpr int kPtxInput = 1;
 
 // All functions are set.
 struct Driver {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declarator has none there
 #define KINDLING_CUDA_MEMBER(member, name, parameters) Status(*member) parameters = nullptr;
   KINDLING_CUDA_FUNCTIONS(KINDLING_CUDA_MEMBER)
 #undef KINDLING_CUDA_MEMBER

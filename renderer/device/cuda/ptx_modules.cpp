@@ -113,7 +113,7 @@ unsigned max_registers(std::string_view ptx) {
   constexpr unsigned kOfMultiprocessor = 65536, kOfThread = 255, kUnit = 8;
   const auto number_after = [ptx](std::string_view directive) {
     const size_t at = ptx.find(directive);
-    return at == ptx.npos
+    return at == std::string_view::npos
                ? 0U
                : static_cast<unsigned>(std::atoi(std::string(ptx.substr(at + directive.size(), 12)).c_str()));
   };

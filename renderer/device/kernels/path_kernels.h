@@ -33,7 +33,7 @@ inline void arrive_at(const PathWave& wave, uint32_t number, uint32_t path, cons
   const WorldView& world = wave.scene->world;
   const uint32_t kind = hit.is_hit() ? 1 + world.geometries[hit.mesh].material % (kHitKinds - 1) : 0;
   wave.kinds[number] = static_cast<uint8_t>(kind);
-  (void)take_places(wave.kind_counts + kind, 1, kind);
+  (void)take_places(wave.kind_counts[kind], 1, kind);
 }
 
 // Finds the nearest hit of the ray of an active path.
@@ -60,7 +60,7 @@ inline void place_kinds(const PathWave& wave, uint32_t kind) {
 // same material. Their order is any.
 inline void sort_paths(const PathWave& wave, uint32_t number) {
   const uint32_t kind = wave.kinds[number];
-  wave.sorted_paths[take_places(wave.kind_places + kind, 1, kind)] = wave.active.paths[number];
+  wave.sorted_paths[take_places(wave.kind_places[kind], 1, kind)] = wave.active.paths[number];
 }
 
 // Other paths that find the light of those from the camera.

@@ -22,7 +22,7 @@ struct WaveQueue {
   uint32_t* paths = nullptr;
 
   // Returns the first place of new entries.
-  [[nodiscard]] uint32_t take_places(uint32_t entries) const { return kernels::take_places(count, entries, entries); }
+  [[nodiscard]] uint32_t take_places(uint32_t entries) const { return kernels::take_places(*count, entries, entries); }
   void append(uint32_t path) const { paths[take_places(1)] = path; }
 };
 
