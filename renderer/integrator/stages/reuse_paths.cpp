@@ -68,6 +68,7 @@ void ReusedPath::note_first(const PathStages::Vertex& vertex, const V3f& wo_worl
 void ReusedPath::note_second(const PathStages::Vertex& vertex) {
   second = record_of(vertex.surface);
   gives = true;
+  light = tail = own_of_light = own_of_tail = Rgb(0.0f);
 }
 
 // Until here light[kIndirect] has had nothing but the tail: what the second surface emits, and

@@ -58,15 +58,15 @@ struct ReusedSurface {
 
 // Data of a path for the others of its group.
 struct ReusedPath {
+  bool receives = false; // it has a first surface that light may be shared with
+  bool gives = false;    // it has a second surface whose light is shared
   ReusedSurface first, second;
   // The first surface.
-  bool receives = false; // it has one that light may be shared with
-  V3f wo{0.0f};          // unit, to the camera
-  Rgb throughput{1.0f};  // there
-  Rgb value{0.0f};       // f |cos| of the direction to the second surface
-  float pdf = 0.0f;      // and its density
+  V3f wo{0.0f};         // unit, to the camera
+  Rgb throughput{1.0f}; // there
+  Rgb value{0.0f};      // f |cos| of the direction to the second surface
+  float pdf = 0.0f;     // and its density
   // The second surface.
-  bool gives = false;    // it has one whose light is shared
   V3f light_wi{0.0f};    // unit, to its light sample
   Rgb light{0.0f};       // radiance over density; black: occluded, or none
   V3f tail_wi{0.0f};     // unit, of the next ray
@@ -76,11 +76,8 @@ struct ReusedPath {
   // second surface are not shared.
   Rgb own_of_light{0.0f}, own_of_tail{0.0f};
 
-  // Forgets the path before.
-  void start() {
-    receives = gives = false;
-    light = tail = own_of_light = own_of_tail = Rgb(0.0f);
-  }
+  // Forgets the path before; the rest is set with the surfaces.
+  void start() { receives = gives = false; }
   [[nodiscard]] bool has_light() const { return gives && !(is_black(light) && is_black(tail)); }
   // Steps of PathStages::scatter().
   void note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state);
