@@ -37,7 +37,7 @@ class DeviceError : public std::runtime_error {
 
 // The launches of a kernel.
 struct KernelUse {
-  uint64_t launches = 0, threads = 0; // numbers of all launches
+  uint64_t launches = 0, threads = 0; // those of all launches together
   double seconds = 0.0;               // of the launches that have ended
 };
 using KernelUses = std::array<KernelUse, kKernelCount>;

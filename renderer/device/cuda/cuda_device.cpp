@@ -31,11 +31,7 @@ constexpr uint32_t kLargeWaveSize = 4 * kWaveSize;
 constexpr uint64_t kBytesForLargeWaves = uint64_t{24} << 30;
 constexpr uint64_t kRoundingBytes = 64 << 20; // allocations take whole pages of up to 2 MiB
 
-constexpr std::array<const char*, kKernelCount> kEntries{
-#define KINDLING_ENTRY_NAME(name, argument) "kindling_" #name,
-    KINDLING_KERNELS(KINDLING_ENTRY_NAME)
-#undef KINDLING_ENTRY_NAME
-};
+std::string entry_of(Kernel kernel) { return std::string("kindling_") + kernel_name(kernel); }
 
 Error failure(std::string message) { return {ErrorKind::render_failed, std::move(message)}; }
 
@@ -187,8 +183,8 @@ bool CudaDevice::load(Kernel kernel, const std::vector<char>& code) {
     loaded.module = nullptr;
     return false;
   }
-  const char* const entry = kEntries[static_cast<size_t>(kernel)];
-  check(driver_.function(&loaded.function, loaded.module, entry), entry);
+  const std::string entry = entry_of(kernel);
+  check(driver_.function(&loaded.function, loaded.module, entry.c_str()), entry.c_str());
   return true;
 }
 
@@ -205,7 +201,7 @@ void CudaDevice::prepare(std::span<const Kernel> kernels) {
   std::vector<Missing> missing;
   for (const Kernel kernel : kernels) {
     if (kernels_[static_cast<size_t>(kernel)].function != nullptr) continue;
-    const char* const entry = kEntries[static_cast<size_t>(kernel)];
+    const std::string entry = entry_of(kernel);
     std::filesystem::path file = kernel_cache_file(key, entry, capability_, driver_version_);
     // A damaged file is replaced.
     if (!load(kernel, read_cached_kernels(file)))
