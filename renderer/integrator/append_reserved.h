@@ -10,7 +10,7 @@ namespace kindling {
 // push_back() to a vector that has room for the value. The compiler may leave out growth, which
 // would make a call of what is otherwise a few instructions.
 template <typename T>
-void append_reserved(std::vector<T>& vector, const T& value) {
+[[gnu::flatten]] inline void append_reserved(std::vector<T>& vector, const T& value) {
   assert(vector.size() < vector.capacity());
   if (vector.size() == vector.capacity()) __builtin_unreachable();
   vector.push_back(value);

@@ -227,11 +227,14 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
   std::copy_n(context.hits.begin() + static_cast<ptrdiff_t>(first), count, hits.begin());
   const std::span<const accel::Ray> rays(context.rays.data() + first, count);
   const std::span<RayFootprint> footprints = std::span(group.footprints).first(count);
+  std::array<EnvironmentView::Location*, ShadeGroup::kSize> locations;
+  size_t escaped = 0;
   for (size_t i = 0; i < count; ++i) {
     ShadeGroup::Member& member = group.members[i];
     member.scattered.reset();
     if (!hits[i].is_hit()) {
-      member.escaped = world_.lights.locate_in_environment(rays[i].direction);
+      group.escaping[escaped] = rays[i].direction;
+      locations[escaped++] = &member.escaped;
       continue;
     }
     const PathInFlight path = path_at(context.active[first + i], context);
@@ -239,54 +242,68 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
     footprints[i] = stages_.measure_footprint(rays[i], member.scattered.value_or(hits[i].t), path.state);
     if (member.scattered) hits[i] = {};
   }
+  world_.lights.locate_in_environment(std::span(group.escaping).first(escaped), std::span(locations).first(escaped));
   world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
     if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], group.members[i].surface, footprints[i]);
   }
 }
 
-// Sets the queries for several light samples at one surface.
-void PathIntegrator::query_lights(const PathInFlight& path, const LightQuery& first, std::span<LightQuery> queries) {
-  std::array<BounceAddress, kMaxDirectSamples> addresses;
-  std::array<BounceDraws, kMaxDirectSamples> draws;
-  const auto count = static_cast<uint32_t>(queries.size());
-  for (uint32_t i = 0; i < count; ++i) {
-    addresses[i] = PathStages::draws_address(path);
-    addresses[i].address = light_sample_address(path.sample.address, i, count);
+// Draws random numbers and looks up what a guide knows for the vertices of a group that reflect.
+// Returns how many there are; their numbers go to `reflecting`.
+size_t PathIntegrator::draw_for_group(size_t first, size_t count, PathContext& context) const {
+  ShadeGroup& group = context.group;
+  size_t reflecting = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const PathInFlight path = path_at(context.active[first + i], context);
+    const SurfacePoint& surface = group.members[i].surface;
+    if (!group.reached[i].is_hit() || !PathStages::reflects(surface, path.state)) continue;
+    group.addresses[reflecting] = PathStages::draws_address(path);
+    if (stages_.light_probabilities)
+      group.searches[reflecting] = LightSelectionTreeView::search(surface.position, surface.geometric_normal);
+    group.reflecting[reflecting++] = static_cast<uint8_t>(i);
   }
-  draw_bounces(std::span(addresses).first(count), std::span(draws).first(count));
-  for (uint32_t i = 0; i < count; ++i) queries[i] = PathStages::light_query(first, draws[i]);
+  draw_bounces(std::span(group.addresses).first(reflecting), std::span(group.draws).first(reflecting));
+  if (stages_.light_probabilities)
+    find_regions(stages_.light_probabilities->nodes, std::span(group.searches).first(reflecting));
+  for (size_t i = 0; i < reflecting; ++i) {
+    SurfaceDraws& sampled = group.members[group.reflecting[i]].sampled;
+    sampled.draws = group.draws[i];
+    sampled.light_probabilities =
+        stages_.light_probabilities ? &stages_.light_probabilities->probabilities[group.searches[i].at] : nullptr;
+  }
+  return reflecting;
 }
 
 // Samples lights for every vertex of a group that reflects, except where it would be in vain.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
-  std::array<uint8_t, ShadeGroup::kSize> reflecting; // numbers of members
-  std::array<BounceAddress, ShadeGroup::kSize> addresses;
-  std::array<BounceDraws, ShadeGroup::kSize> draws;
-  size_t reflecting_count = 0, query_count = 0;
-  for (size_t i = 0; i < count; ++i) {
-    const PathInFlight path = path_at(context.active[first + i], context);
-    if (!group.reached[i].is_hit() || !PathStages::reflects(group.members[i].surface, path.state)) continue;
-    reflecting[reflecting_count] = static_cast<uint8_t>(i);
-    addresses[reflecting_count++] = PathStages::draws_address(path);
-  }
-  draw_bounces(std::span(addresses).first(reflecting_count), std::span(draws).first(reflecting_count));
+  const size_t reflecting_count = draw_for_group(first, count, context);
+  std::array<uint16_t, ShadeGroup::kMaxLights> several; // numbers of queries with draws of their own
+  size_t query_count = 0, several_count = 0;
   for (size_t i = 0; i < reflecting_count; ++i) {
-    ShadeGroup::Member& member = group.members[reflecting[i]];
-    member.sampled.draws = draws[i];
+    const size_t number_in_batch = first + group.reflecting[i];
+    ShadeGroup::Member& member = group.members[group.reflecting[i]];
     const LightQuery query =
-        stages_.light_query(member.surface, context.rays[first + reflecting[i]].time, member.sampled);
+        PathStages::light_query(member.surface, context.rays[number_in_batch].time, member.sampled);
     member.first_light = static_cast<uint32_t>(query_count);
     member.light_count = 0;
     if (!stages_.samples_light(member.surface)) continue;
-    const PathInFlight path = path_at(context.active[first + reflecting[i]], context);
+    const PathInFlight path = path_at(context.active[number_in_batch], context);
     member.light_count = stages_.light_sample_count(path.state);
-    if (member.light_count == 1)
-      group.queries[query_count] = query;
-    else
-      query_lights(path, query, std::span(group.queries).subspan(query_count, member.light_count));
+    for (uint32_t number = 0; number < member.light_count; ++number) {
+      group.queries[query_count + number] = query;
+      if (member.light_count == 1) continue;
+      group.light_addresses[several_count] = {light_sample_address(path.sample.address, number, member.light_count),
+                                              group.addresses[i].dimension};
+      several[several_count++] = static_cast<uint16_t>(query_count + number);
+    }
     query_count += member.light_count;
+  }
+  draw_lights(std::span(group.light_addresses).first(several_count), std::span(group.light_draws).first(several_count));
+  for (size_t i = 0; i < several_count; ++i) {
+    LightQuery& query = group.queries[several[i]];
+    query = PathStages::light_query(query, group.light_draws[i]);
   }
   world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }

@@ -72,8 +72,8 @@ class PathIntegrator final : public Integrator {
 
   // Steps of shade(), for the active paths [first, first + count) or [first, end).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
+  size_t draw_for_group(size_t first, size_t count, PathContext& context) const;
   void sample_lights(size_t first, size_t count, PathContext& context) const;
-  static void query_lights(const PathInFlight& path, const LightQuery& first, std::span<LightQuery> queries);
   template <typename Sink>
   void shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const;
   void tint_shadows(PathContext& context) const; // of trace_shadows()

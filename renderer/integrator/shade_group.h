@@ -32,6 +32,15 @@ struct ShadeGroup {
   std::array<Member, kSize> members;
   std::array<RayFootprint, kSize> footprints; // valid for members with a hit
   std::array<accel::Hit, kSize> reached;      // hits, without those that are not reached
+  std::array<V3f, kSize> escaping;            // directions of rays without a hit, consecutive
+  // Surfaces that reflect, consecutive: numbers of their members, what is drawn and looked up for
+  // them, and the same for those of their light samples that are one of several.
+  std::array<uint8_t, kSize> reflecting;
+  std::array<BounceAddress, kSize> addresses;
+  std::array<BounceDraws, kSize> draws;
+  std::array<RegionSearch, kSize> searches;
+  std::array<BounceAddress, kMaxLights> light_addresses;
+  std::array<LightDraws, kMaxLights> light_draws;
   std::array<LightQuery, kMaxLights> queries; // for surfaces at which lights are sampled, consecutive
   std::array<std::optional<LightSample>, kMaxLights> lights;
 };

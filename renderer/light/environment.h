@@ -39,12 +39,14 @@ struct EnvironmentEval {
 // Texels are stored as halves with one common power-of-two scale that puts the brightest at the top
 // of the range: images of halves or RGBE stay exact over a dynamic range of 2^29.
 struct EnvironmentView {
-  // Image coordinates of a direction.
-  struct Location {
-    float u = 0.0f; // in the image, rotation applied
-    float v = 0.0f;
-    float sin_theta = 0.0f;
+  // Image coordinates of a direction, or of eight.
+  template <typename Real>
+  struct LocationOf {
+    Real u{}; // in the image, rotation applied
+    Real v{};
+    Real sin_theta{};
   };
+  using Location = LocationOf<float>;
 
   [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
   // The distance is kInfinity. If the environment is black, pdf is 0 and the radiance black.
@@ -56,8 +58,13 @@ struct EnvironmentView {
   // radiance() and pdf() for the cost of one of them.
   [[nodiscard]] EnvironmentEval eval(const V3f& wi) const { return eval(locate(wi)); }
   // The same in two steps, so that work between them hides memory latency.
-  [[nodiscard]] Location locate(const V3f& wi) const;
+  [[nodiscard]] Location locate(const V3f& wi) const { return width == 0 ? Location{} : coordinates_of(wi); }
   [[nodiscard]] EnvironmentEval eval(const Location& at) const;
+  // locate() for many directions, eight at a time with the same bits, and prefetch() of each.
+  void locate(std::span<const V3f> directions, std::span<Location* const> locations) const;
+  // locate() in an image.
+  template <typename Real>
+  [[nodiscard]] LocationOf<Real> coordinates_of(const Imath::Vec3<Real>& wi) const;
   // Prefetches the memory of eval(at).
   void prefetch(const Location& at) const;
   // sample() for many draws, with the same bits, in two steps, so that work between them hides
@@ -150,11 +157,11 @@ inline EnvironmentEval EnvironmentView::eval(const Location& at) const {
   return {Rgb(stored.x, stored.y, stored.z) * scale, stored.w * to_pdf};
 }
 
-inline EnvironmentView::Location EnvironmentView::locate(const V3f& wi) const {
-  if (width == 0) return {};
-  float u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns;
-  u -= u >= 1.0f ? 1.0f : 0.0f;
-  return {u, acos_half_turns(wi.y), std::sqrt(wi.x * wi.x + wi.z * wi.z)};
+template <typename Real>
+inline EnvironmentView::LocationOf<Real> EnvironmentView::coordinates_of(const Imath::Vec3<Real>& wi) const {
+  Real u = atan2_turns(wi.z, wi.x) + 0.5f + rotation_turns;
+  u = u - select(u >= 1.0f, Real(1.0f), Real(0.0f));
+  return {u, acos_half_turns(wi.y), square_root(Real(wi.x * wi.x + wi.z * wi.z))};
 }
 
 inline void EnvironmentView::prefetch(const Location& at) const {

@@ -112,6 +112,27 @@ LightSample EnvironmentView::sample(const V2f& u) const {
   return result;
 }
 
+void EnvironmentView::locate(std::span<const V3f> directions, std::span<Location* const> locations) const {
+  assert(directions.size() == locations.size());
+  if (width == 0) {
+    for (Location* const location : locations) *location = {};
+    return;
+  }
+  for (size_t first = 0; first < directions.size(); first += Lanes::kCount) {
+    const size_t count = std::min(Lanes::kCount, directions.size() - first);
+    LaneVectors wi;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) wi.set(lane, directions[first + std::min(lane, count - 1)]);
+    const LocationOf<Lanes> at = coordinates_of(wi.load());
+    LaneVectors coordinates;
+    coordinates.store({at.u, at.v, at.sin_theta});
+    for (size_t lane = 0; lane < count; ++lane) {
+      Location& location = *locations[first + lane];
+      location = {coordinates.x[lane], coordinates.y[lane], coordinates.z[lane]};
+      prefetch(location);
+    }
+  }
+}
+
 void EnvironmentView::find_cells(std::span<const V2f> draws, std::span<Cell> cells) const {
   if (width == 0) return;
   distribution.find(draws, cells);

@@ -176,6 +176,11 @@ struct LightSetView {
     return at;
   }
 
+  // The same for many directions. Both spans have the same size.
+  void locate_in_environment(std::span<const V3f> directions, std::span<Environment::Location* const> locations) const {
+    if (has_environment) environment.locate(directions, locations);
+  }
+
   [[nodiscard]] SelectionWeights selection_weights(const V3f& point, const V3f& normal,
                                                    const LightProbabilities* learned) const;
   void set_learned_weights(const V3f& normal, const LightProbabilities& learned, SelectionWeights& weights) const;

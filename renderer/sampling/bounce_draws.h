@@ -58,4 +58,13 @@ struct BounceAddress {
 // instructions. Either all addresses have strata or none does. Both spans have the same size.
 void draw_bounces(std::span<const BounceAddress> addresses, std::span<BounceDraws> draws);
 
+// The draws of a vertex that one more light sample needs.
+struct LightDraws {
+  V2f light;
+  float spare;
+};
+
+// The same numbers as draw_bounces(), for half of its instructions.
+void draw_lights(std::span<const BounceAddress> addresses, std::span<LightDraws> draws);
+
 } // namespace kindling

@@ -2,7 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/simd_types.h"
+
 #include <cstdint>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
 
 // A Word is a uint32_t, or a vector of them (Words4 and Words8 of renderer/base/simd_types.h).
 namespace kindling::owen_sobol {
@@ -20,6 +26,23 @@ template <typename Word>
   x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
   return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
 }
+
+#ifdef __AVX2__
+// The same by tables of sixteen bytes: the reversed low and high four bits of each byte, then the
+// bytes of each word in reverse order. A third of the instructions.
+[[nodiscard]] inline Words8 reverse_bits(Words8 x) {
+  const __m256i low_bits = _mm256_set1_epi8(0x0f);
+  const __m256i reversed_high = _mm256_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15, //
+                                                 0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15);
+  const __m256i reversed_low = _mm256_slli_epi16(reversed_high, 4);
+  const __m256i last_byte_first = _mm256_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12, //
+                                                   3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12);
+  const auto words = reinterpret_cast<__m256i>(x);
+  const __m256i low = _mm256_shuffle_epi8(reversed_low, _mm256_and_si256(words, low_bits));
+  const __m256i high = _mm256_shuffle_epi8(reversed_high, _mm256_and_si256(_mm256_srli_epi16(words, 4), low_bits));
+  return reinterpret_cast<Words8>(_mm256_shuffle_epi8(_mm256_or_si256(low, high), last_byte_first));
+}
+#endif
 
 // Applies a random base-2 Owen scrambling to a number whose bits are reversed. In each step a bit
 // depends only on itself and on lower bits, which are the higher bits of the number itself. The

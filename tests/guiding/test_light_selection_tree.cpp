@@ -72,6 +72,26 @@ TEST(LightSelectionTree, IsIndependentOfThreadCount) {
   EXPECT_EQ(second_moment(records, alone), second_moment(same, together));
 }
 
+// Any number of searches at once ends where single ones do, also from roots without children.
+TEST(LightSelectionTree, FindsManyRegionsTogether) {
+  std::vector<LightRecord> records = floor_records(20000, 5);
+  const LightSelectionTree tree(records);
+  const V3f normals[] = {V3f(0, 1, 0), V3f(0, -1, 0), V3f(1, 0, 0)};
+  Random random(6);
+  for (size_t count = 0; count <= 33; ++count) {
+    std::vector<RegionSearch> searches;
+    std::vector<const LightProbabilities*> expected;
+    for (size_t i = 0; i < count; ++i) {
+      const V3f position{2.4f * random.next_1d() - 1.2f, 0.0f, random.next_1d()};
+      const V3f& normal = normals[random.next_u64() % 3];
+      searches.push_back(LightSelectionTreeView::search(position, normal));
+      expected.push_back(&tree.find(position, normal));
+    }
+    find_regions(tree.nodes, searches);
+    for (size_t i = 0; i < count; ++i) ASSERT_EQ(&tree.probabilities[searches[i].at], expected[i]) << i;
+  }
+}
+
 // Triangle, two suns and environment: all samples have the density of the pdf functions, and kinds
 // are selected as often as learned.
 TEST(LightSelectionTree, LightSetUsesLearnedProbabilities) {

@@ -1,5 +1,6 @@
 // Samples of many points at once have the bits of single samples.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/sampling/warp.h"
 #include "tests/base/same_bits.h"
 #include "tests/light/light_soup.h"
 
@@ -96,6 +97,30 @@ TEST(ManyLightSamples, EnvironmentsEqualSingleSamples) {
   }
   input.environment = std::make_shared<Environment>(Rgb(0.5f));
   compare(LightSet(input), 1.0f);
+}
+
+TEST(ManyLocations, EqualSingleOnes) {
+  test::Random random(9);
+  for (const float rotation : {0.0f, 1.3f, -3.0f}) {
+    const Environment image(test::uneven_image(37, 19), rotation, 1.0f), uniform(Rgb(0.5f));
+    for (size_t count = 0; count <= 33; ++count) {
+      std::vector<V3f> directions{{0, 1, 0}, {0, -1, 0}, {-1, 0, 0}, {-1, 0, -0.0f}, {1, 0, 0}, {0, 0, -1}, {0, 0, 0}};
+      while (directions.size() < count) directions.push_back(sample_uniform_sphere(random.next_2d()));
+      directions.resize(count);
+      for (const Environment* const environment : {&image, &uniform}) {
+        std::vector<EnvironmentView::Location> found(count, {0.5f, 0.5f, 0.5f});
+        std::vector<EnvironmentView::Location*> locations;
+        for (EnvironmentView::Location& location : found) locations.push_back(&location);
+        environment->locate(directions, locations);
+        for (size_t i = 0; i < count; ++i) {
+          const EnvironmentView::Location expected = environment->locate(directions[i]);
+          ASSERT_TRUE(same_bits(V3f(found[i].u, found[i].v, found[i].sin_theta),
+                                V3f(expected.u, expected.v, expected.sin_theta)))
+              << directions[i];
+        }
+      }
+    }
+  }
 }
 
 } // namespace

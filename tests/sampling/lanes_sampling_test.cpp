@@ -97,6 +97,23 @@ TEST(LanesSampling, PixelFilters) {
   }
 }
 
+TEST(LanesSampling, BitsInReverseOrder) {
+  test::Random random(6);
+  for (int i = 0; i < 100'000; ++i) {
+    Words8 words;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane)
+      words[lane] = i < 32 ? 1U << i : static_cast<uint32_t>(random.next_u64());
+    const Words8 reversed = owen_sobol::reverse_bits(words);
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const uint32_t word = words[lane];
+      ASSERT_EQ(reversed[lane], owen_sobol::reverse_bits(word));
+      if (i < 32) {
+        ASSERT_EQ(reversed[lane], 0x80000000U >> i);
+      }
+    }
+  }
+}
+
 TEST(LanesSampling, DrawsOfAnyNumberOfVertices) {
   for (const SamplerKind kind :
        {SamplerKind::blue_noise, SamplerKind::sobol, SamplerKind::independent, SamplerKind::jittered}) {
@@ -112,6 +129,8 @@ TEST(LanesSampling, DrawsOfAnyNumberOfVertices) {
         }
         std::vector<BounceDraws> draws(count);
         draw_bounces(addresses, draws);
+        std::vector<LightDraws> lights(count);
+        draw_lights(addresses, lights);
         for (size_t i = 0; i < count; ++i) {
           const BounceDraws expected = draw_bounce(addresses[i].address, addresses[i].dimension);
           ASSERT_EQ(draws[i].choice, expected.choice) << sampler_name(kind) << ", " << i << " of " << count;
@@ -119,6 +138,8 @@ TEST(LanesSampling, DrawsOfAnyNumberOfVertices) {
           ASSERT_EQ(draws[i].light, expected.light);
           ASSERT_EQ(draws[i].roulette, expected.roulette);
           ASSERT_EQ(draws[i].spare, expected.spare);
+          ASSERT_EQ(lights[i].light, expected.light);
+          ASSERT_EQ(lights[i].spare, expected.spare);
         }
       }
     }

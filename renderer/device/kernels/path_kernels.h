@@ -132,8 +132,8 @@ struct LightsInTurn {
     const LightSetView& lights = wave.scene->world.lights;
     if (count == 1) return lights.sample(query);
     const BounceAddress address = PathStages::draws_address(path);
-    return lights.sample(PathStages::light_query(
-        query, draw_bounce(light_sample_address(address.address, number, count), address.dimension)));
+    const BounceDraws draws = draw_bounce(light_sample_address(address.address, number, count), address.dimension);
+    return lights.sample(PathStages::light_query(query, {draws.light, draws.spare}));
   }
 };
 
@@ -183,7 +183,8 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
   if (PathStages::reflects(surface, path.state)) {
     const BounceAddress address = PathStages::draws_address(path);
     sampled.draws = draw_bounce(address.address, address.dimension);
-    query = stages.light_query(surface, ray.time, sampled);
+    sampled.light_probabilities = stages.learned_probabilities(surface);
+    query = PathStages::light_query(surface, ray.time, sampled);
     if (stages.samples_light(surface)) lights.count = sink.light_samples = stages.light_sample_count(path.state);
   }
   add_shapes();

@@ -118,11 +118,13 @@ struct PathStages {
   [[nodiscard]] static BounceAddress draws_address(const PathInFlight& path) {
     return {path.sample.address, path.state.dimension(kDirectionDimension)};
   }
-  // Returns the query for a light, once these are drawn. Completes `sampled`.
-  [[nodiscard]] LightQuery light_query(const SurfacePoint& surface, float time, SurfaceDraws& sampled) const;
+  // Returns SurfaceDraws::light_probabilities.
+  [[nodiscard]] const LightProbabilities* learned_probabilities(const SurfacePoint& surface) const;
+  // Returns the query for a light.
+  [[nodiscard]] static LightQuery light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled);
   // Returns the query for one of several light samples, given the numbers that are drawn for its
   // light_sample_address().
-  [[nodiscard]] static LightQuery light_query(LightQuery first, const BounceDraws& draws) {
+  [[nodiscard]] static LightQuery light_query(LightQuery first, const LightDraws& draws) {
     first.u = draws.light;
     first.digits = draws.spare;
     return first;

@@ -16,9 +16,11 @@ inline RayFootprint PathStages::measure_footprint(const accel::Ray& ray, float d
   return footprint;
 }
 
-inline LightQuery PathStages::light_query(const SurfacePoint& surface, float time, SurfaceDraws& sampled) const {
-  sampled.light_probabilities =
-      light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
+inline const LightProbabilities* PathStages::learned_probabilities(const SurfacePoint& surface) const {
+  return light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
+}
+
+inline LightQuery PathStages::light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled) {
   return {surface.position,    surface.light_normal(),      sampled.draws.light,
           sampled.draws.spare, sampled.light_probabilities, time};
 }

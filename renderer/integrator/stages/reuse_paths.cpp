@@ -88,8 +88,9 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   for (uint32_t place = 0; place < count; ++place)
     if (group[place] != kNoPath && paths[group[place]].has_light()) givers |= 1U << place;
   if ((givers & 1U) != 0) {
-    const float ratio = std::abs(way_between(receiver.first, receiver.second).solid_angle_per_area);
-    link(slot, 0) = {receiver.value * ratio, receiver.pdf * ratio};
+    const Way way = way_between(receiver.first, receiver.second);
+    const float ratio = std::abs(way.solid_angle_per_area);
+    link(slot, 0) = {receiver.value * ratio, receiver.pdf * ratio, way.direction};
   }
   if (givers <= 1) return 0;
   const Frame frame = Frame::around(receiver.first.shading_normal);
@@ -105,7 +106,7 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
     const BsdfEval eval = bsdf.eval(way.direction);
     if (is_black(eval.value) || !(eval.pdf > 0.0f)) continue;
     if (!((second.origin - receiver.first.origin).length2() > 0.0f)) continue;
-    link(slot, place) = {eval.value * way.solid_angle_per_area, eval.pdf * way.solid_angle_per_area};
+    link(slot, place) = {eval.value * way.solid_angle_per_area, eval.pdf * way.solid_angle_per_area, way.direction};
     traced |= 1U << place;
   }
   return traced;
@@ -139,13 +140,14 @@ void ReuseView::share_light(uint32_t slot, const ReuseGroup& group) const {
       if (group[place] == kNoPath) continue;
       ReuseLink& to = link(group[place], place);
       if (!(to.density > 0.0f)) continue;
-      const LightFrom::Value value = from.towards(-direction_between(paths[group[place]].first, giver.second));
+      const LightFrom::Value value = from.towards(-to.of_light);
       to.*received = to.value * value.shared * (scale / density);
       if (place == 0) own = giver.throughput * giver.value * (value.all - value.shared) * (scale / giver.pdf);
     }
   };
-  if (!is_black(giver.light)) share(giver.light_wi, 1.0f, &ReuseLink::of_light, giver.own_of_light);
   if (!is_black(giver.tail)) share(giver.tail_wi, 1.0f / giver.tail_pdf, &ReuseLink::of_tail, giver.own_of_tail);
+  // Last, as it replaces the directions.
+  if (!is_black(giver.light)) share(giver.light_wi, 1.0f, &ReuseLink::of_light, giver.own_of_light);
 }
 
 void ReuseView::receive(uint32_t slot, const ReuseGroup& group, PathState& state) const {

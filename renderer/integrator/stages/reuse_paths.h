@@ -88,7 +88,8 @@ struct ReusedPath {
 struct ReuseLink {
   Rgb value{0.0f};      // f |cos| of the first surface, times solid angle per area of the second
   float density = 0.0f; // with which the first surface finds the second, by area; 0: they are not joined
-  // Factors of the other's `light` and `tail`, before the throughput to the first surface.
+  // Factors of the other's `light` and `tail`, before the throughput to the first surface. Until
+  // share_light() knows the former, it is the unit direction to the second surface.
   Rgb of_light{0.0f}, of_tail{0.0f};
 };
 
