@@ -39,7 +39,8 @@ struct LightSelectionTreeView {
     assert(!empty() && facing < kFacings);
     return probabilities[find_region(nodes, facing, position)];
   }
-  // Returns a search for the same. find_regions(nodes) ends it: `at` is the place in `probabilities`.
+  // Returns a search for the same. find_regions(nodes) ends it: `at` is the place in
+  // `probabilities`.
   [[nodiscard]] static RegionSearch search(const V3f& position, const V3f& normal) {
     return {position, facing_of(normal)};
   }

@@ -26,19 +26,23 @@ void PathReuse::start(size_t count) {
   for (ReusedPath& path : std::span(paths).first(count)) path.start();
 }
 
-void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, uint32_t group_size,
-                 std::span<ReuseGroup> groups) {
+void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, std::span<ReuseGroup> groups) {
   uint32_t first = 0;
   for (const PixelRect& block : blocks) {
     const auto width = static_cast<uint32_t>(block.width()), height = static_cast<uint32_t>(block.height());
     for (uint32_t sample = samples.first; sample < samples.end; ++sample, first += width * height) {
-      const uint32_t pattern = reuse_pattern(block.min, sample);
-      for (uint32_t slot = 0; slot < width * height; ++slot) {
-        const uint32_t pixel = slot / width * kReuseSide + slot % width;
-        for (uint32_t place = 0; place < group_size; ++place) {
-          const uint32_t partner = reuse_partner(pixel, pattern, place);
-          const uint32_t x = partner % kReuseSide, y = partner / kReuseSide;
-          groups[first + slot][place] = x < width && y < height ? first + y * width + x : kNoPath;
+      std::array<uint32_t, kMaxPathReuse> differences; // of pixels, by place
+      for (uint32_t place = 0; place < kMaxPathReuse; ++place)
+        differences[place] = reuse_partner(0, reuse_pattern(block.min, sample), place);
+      ReuseGroup* group = &groups[first];
+      for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = 0; x < width; ++x, ++group) {
+          for (uint32_t place = 0; place < kMaxPathReuse; ++place) { // all, in the lanes of vectors
+            const uint32_t partner = (y * kReuseSide + x) ^ differences[place];
+            const uint32_t partner_x = partner % kReuseSide, partner_y = partner / kReuseSide;
+            const bool inside = (partner_x < width) & (partner_y < height);
+            (*group)[place] = inside ? first + partner_y * width + partner_x : kNoPath;
+          }
         }
       }
     }
@@ -49,7 +53,7 @@ void PathIntegrator::share_paths(std::span<const PixelRect> blocks, const Sample
                                  PathContext& context) const {
   PathReuse& reuse = *context.reuse;
   const ReuseView view = reuse.view();
-  find_groups(blocks, samples, reuse.group_size, reuse.groups);
+  find_groups(blocks, samples, reuse.groups);
   reuse.rays.clear();
   reuse.ray_links.clear();
   if (context.split_light)

@@ -32,8 +32,8 @@ struct PathReuse {
 };
 
 // Finds the groups of a batch: `samples` of every pixel of these whole blocks, one block after the
-// other, sample by sample, pixels row by row.
-void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, uint32_t group_size,
-                 std::span<ReuseGroup> groups);
+// other, sample by sample, pixels row by row. All places are set, also those beyond the size of
+// groups.
+void find_groups(std::span<const PixelRect> blocks, const SampleRange& samples, std::span<ReuseGroup> groups);
 
 } // namespace kindling
