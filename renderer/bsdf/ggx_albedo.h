@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 
+#include <array>
 #include <cassert>
 #include <cstdint>
 
@@ -12,10 +14,12 @@ namespace kindling {
 // With Schlick's Fresnel F = F0 + (F90 - F0) (1 - cos)^5, the albedo of the single-scattering lobe
 // seen under mu = cos(theta_o) is F0 (E - B) + F90 B. E is the albedo of a perfect mirror, B its
 // part with the factor (1 - cos)^5.
-struct GgxAlbedo {
-  float e = 1.0f; // in [0, 1]
-  float b = 0.0f; // in [0, e]
+template <typename Real>
+struct GgxAlbedoOf {
+  Real e = 1.0f; // in [0, 1]
+  Real b = 0.0f; // in [0, e]
 };
+using GgxAlbedo = GgxAlbedoOf<float>;
 
 // Below this alpha the lobe is narrower than float directions can resolve: at alpha = 1e-4
 // (roughness 0.01) the half vector's rounding changes the density by about 1e-3 of itself. The lobe
@@ -40,8 +44,9 @@ extern const GgxTableNode kGgxTable[kGgxRoughnessNodes * kGgxMuNodes];
 extern const GgxAlbedo kGgxAverages[kGgxAverageNodes];
 
 // Returns x^5, for Schlick's Fresnel.
-[[nodiscard]] inline float pow5(float x) {
-  const float x2 = x * x;
+template <typename Real>
+[[nodiscard]] Real pow5(const Real& x) {
+  const Real x2 = x * x;
   return x2 * x2 * x;
 }
 
@@ -64,18 +69,49 @@ class GgxAlbedoTable {
 
   // Returns E and B for mu in (0, 1].
   [[nodiscard]] GgxAlbedo operator()(float mu) const {
-    const float x = std::sqrt(mu * scale_ / (mu + two_alpha_));
+    const float x = column_of(mu);
     const auto column = cell_of(x, kGgxMuNodes - 2);
-    const float s = x - static_cast<float>(column);
     const GgxTableNode* n = row_ + column;
     const GgxTableNode* m = n + kGgxMuNodes;
-    const float e = lerp(lerp(n[0].e, n[1].e, s), lerp(m[0].e, m[1].e, s), fraction_);
-    const float residual = lerp(lerp(n[0].schlick_residual, n[1].schlick_residual, s),
-                                lerp(m[0].schlick_residual, m[1].schlick_residual, s), fraction_);
-    return {e, e * std::max(pow5(1.0f - mu) + residual, 0.0f)};
+    return interpolate<float>(mu, x - static_cast<float>(column),
+                              {n[0].e, n[0].schlick_residual, n[1].e, n[1].schlick_residual, m[0].e,
+                               m[0].schlick_residual, m[1].e, m[1].schlick_residual});
+  }
+  // The same for eight, with the same bits.
+  [[nodiscard]] GgxAlbedoOf<Lanes> operator()(const Lanes& mu) const {
+    const Lanes x = column_of(mu);
+    const Lanes clamped = minimum(maximum(Lanes(0.0f), x), Lanes(kGgxMuNodes - 2)); // as cell_of() does
+    const Int8 columns = __builtin_convertvector(clamped.v, Int8);
+    Lanes corners[Lanes::kCount]; // of a lane; transposed, of all
+    for (int lane = 0; lane < 8; ++lane) {
+      const GgxTableNode* n = row_ + columns[lane];
+      Float4 upper, lower;
+      __builtin_memcpy(&upper, n, sizeof(upper));
+      __builtin_memcpy(&lower, n + kGgxMuNodes, sizeof(lower));
+      corners[lane].v = __builtin_shufflevector(upper, lower, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    transpose(corners);
+    return interpolate<Lanes>(
+        mu, x - Lanes(__builtin_convertvector(columns, Float8)),
+        {corners[0], corners[1], corners[2], corners[3], corners[4], corners[5], corners[6], corners[7]});
   }
 
  private:
+  template <typename Real>
+  [[nodiscard]] Real column_of(const Real& mu) const {
+    return square_root(Real(mu * scale_ / (mu + two_alpha_)));
+  }
+  // `corners`: E and the residual of four nodes, the second row after the first; s is the place
+  // between the columns.
+  template <typename Real>
+  [[nodiscard]] GgxAlbedoOf<Real> interpolate(const Real& mu, const Real& s, const std::array<Real, 8>& corners) const {
+    const auto mix = [](const Real& a, const Real& b, const Real& t) { return Real(a + (b - a) * t); };
+    const Real fraction = fraction_;
+    const Real e = mix(mix(corners[0], corners[2], s), mix(corners[4], corners[6], s), fraction);
+    const Real residual = mix(mix(corners[1], corners[3], s), mix(corners[5], corners[7], s), fraction);
+    return {e, e * maximum(Real(pow5(Real(1.0f - mu)) + residual), Real(0.0f))};
+  }
+
   const GgxTableNode* row_;
   float fraction_;
   float scale_;

@@ -78,30 +78,57 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
   pdf_factor_ = 0.5f / (cap_bound_ * mu + t_o_);
 }
 
+template <typename Real>
+GltfBsdf::EvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) const {
+  const float alpha2 = alpha_ * alpha_;
+  // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
+  const Real x = wo_.x + wi.x, y = wo_.y + wi.y, z = wo_.z + wi.z;
+  const Real length2 = x * x + y * y + z * z;
+  const Real cos_d = 0.5f * square_root(length2);
+  // D = alpha^2 / (pi q^2) with q = sin^2 + alpha^2 cos^2 does not cancel, however narrow the lobe.
+  const Real q = (x * x + y * y + alpha2 * z * z) / length2;
+  const Real d = alpha2 * kInvPi / (q * q);
+  // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing
+  // Function", equation 99).
+  const Real t_i = square_root(Real(alpha2 + (1.0f - alpha2) * wi.z * wi.z));
+  const Real visibility = 0.5f / (wi.z * t_o_ + wo_.z * t_i);
+  const Real schlick = pow5(maximum(Real(1.0f - cos_d), Real(0.0f)));
+
+  const GgxAlbedoOf<Real> seen = table_(wi.z);
+  const Real through_i = maximum(Real(base_constant_ + base_e_ * seen.e + base_b_ * seen.b), Real(0.0f));
+  const Real specular = d * visibility, lost = 1.0f - seen.e;
+  const auto channel = [&](int c) {
+    const Real fresnel = f0_[c] + (f90_ - f0_[c]) * schlick;
+    return Real((fresnel * specular + multiple_[c] * lost + diffuse_[c] * through_i) * wi.z);
+  };
+  return {{channel(0), channel(1), channel(2)},
+          glossy_probability_ * d * pdf_factor_ + (1.0f - glossy_probability_) * wi.z * kInvPi};
+}
+
 BsdfEval GltfBsdf::eval(const V3f& wi) const {
   if (!(wi.z > 0.0f)) return {};
   if (glossy_probability_ == 0.0f) return {diffuse_ * wi.z, wi.z * kInvPi};
+  const EvalOf<float> eval = eval_microfacets(wi);
+  return {eval.value, eval.pdf};
+}
 
-  const float alpha2 = alpha_ * alpha_;
-  // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
-  const V3f sum = wo_ + wi;
-  const float length2 = sum.length2();
-  const float cos_d = 0.5f * std::sqrt(length2);
-  // D = alpha^2 / (pi q^2) with q = sin^2 + alpha^2 cos^2 does not cancel, however narrow the lobe.
-  const float q = (sum.x * sum.x + sum.y * sum.y + alpha2 * sum.z * sum.z) / length2;
-  const float d = alpha2 * kInvPi / (q * q);
-  // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing
-  // Function", equation 99).
-  const float t_i = std::sqrt(alpha2 + (1.0f - alpha2) * wi.z * wi.z);
-  const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * t_i);
-  const float schlick = pow5(std::max(1.0f - cos_d, 0.0f));
-  const Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
-
-  const GgxAlbedo seen = table_(wi.z);
-  const float through_i = std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f);
-  const Rgb f = fresnel * (d * visibility) + multiple_ * (1.0f - seen.e) + diffuse_ * through_i;
-  const float pdf = glossy_probability_ * d * pdf_factor_ + (1.0f - glossy_probability_) * wi.z * kInvPi;
-  return {f * wi.z, pdf};
+void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
+  assert(wi.size() <= kEvalsTogether);
+#if !KINDLING_ON_GPU
+  constexpr size_t kMinLanes = 3; // fewer are faster one by one
+  if (wi.size() >= kMinLanes && glossy_probability_ > 0.0f) {
+    LaneVectors directions, values;
+    LaneNumbers densities;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) directions.set(lane, wi[std::min(lane, wi.size() - 1)]);
+    const EvalOf<Lanes> eval = eval_microfacets(directions.load());
+    values.store(eval.value);
+    densities.store(eval.pdf);
+    for (size_t lane = 0; lane < wi.size(); ++lane)
+      evals.set(lane, wi[lane].z > 0.0f ? BsdfEval{values[lane], densities[lane]} : BsdfEval{});
+    return;
+  }
+#endif
+  for (size_t i = 0; i < wi.size(); ++i) evals.set(i, eval(wi[i]));
 }
 
 Rgb GltfBsdf::diffuse_value(const V3f& wi) const {

@@ -3,10 +3,14 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/ggx_albedo.h"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace kindling {
 
@@ -24,9 +28,20 @@ struct BsdfParameters {
 // The kind of event that sampled a direction; selects the bounce limit that counts it.
 enum class Lobe : uint8_t { diffuse, glossy, transmission };
 
+// Directions that are evaluated together: in the lanes of vectors, which the threads of a GPU do not
+// have.
+inline constexpr size_t kEvalsTogether = KINDLING_ON_GPU ? 1 : Lanes::kCount;
+
 struct BsdfEval {
   Rgb value{0.0f};  // f(wo, wi) |cos_theta_i|
   float pdf = 0.0f; // solid-angle density of sample() for wi
+};
+
+// Those of several directions. Not initialized, so that it costs nothing.
+struct BsdfEvals {
+  std::array<Rgb, kEvalsTogether> values;
+  std::array<float, kEvalsTogether> pdfs;
+  void set(size_t number, const BsdfEval& eval) { values[number] = eval.value, pdfs[number] = eval.pdf; }
 };
 
 struct BsdfSample {
@@ -65,6 +80,8 @@ class GltfBsdf {
 
   // Returns value and density together, as multiple importance sampling needs both.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
+  // The same for at most kEvalsTogether directions, with the same bits.
+  void eval(std::span<const V3f> wi, BsdfEvals& evals) const;
   // u_lobe in [0, 1) selects the lobe, u in [0, 1)^2 the direction. Empty: the sample was absorbed
   // (counts as zero). Directions from the visible-normal distribution are glossy, those from the
   // cosine distribution diffuse.
@@ -84,6 +101,14 @@ class GltfBsdf {
   [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
  private:
+  template <typename Real>
+  struct EvalOf {
+    Imath::Vec3<Real> value;
+    Real pdf;
+  };
+  // eval() of directions above the horizon, not for Lambert.
+  template <typename Real>
+  [[nodiscard]] EvalOf<Real> eval_microfacets(const Imath::Vec3<Real>& wi) const;
   [[nodiscard]] V3f sample_visible_normal_reflection(const V2f& u) const;
 
   V3f wo_;

@@ -8,9 +8,11 @@
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/caustic_guide.h"
 
+#include <array>
 #include <bit>
 #include <cassert>
 #include <optional>
+#include <span>
 
 namespace kindling {
 
@@ -66,6 +68,15 @@ class GuidedBsdf {
     BsdfEval eval = bsdf_.eval(local);
     if (is_guided() && eval.pdf > 0.0f) eval.pdf = mixed(eval.pdf, local.z, wi);
     return eval;
+  }
+
+  // The same for at most kEvalsTogether directions, with the same bits.
+  void eval(std::span<const V3f> wi, BsdfEvals& evals) const {
+    std::array<V3f, kEvalsTogether> local;
+    for (size_t i = 0; i < wi.size(); ++i) local[i] = frame_.to_local(wi[i]);
+    bsdf_.eval(std::span(local).first(wi.size()), evals);
+    for (size_t i = 0; i < wi.size() && is_guided(); ++i)
+      if (evals.pdfs[i] > 0.0f) evals.pdfs[i] = mixed(evals.pdfs[i], local[i].z, wi[i]);
   }
 
   struct Sample {

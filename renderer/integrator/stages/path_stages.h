@@ -171,10 +171,15 @@ struct PathStages {
   template <typename Lights, typename Sink>
   void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
                Sink& sink) const;
+  [[nodiscard]] static bool may_receive(const Vertex& vertex, const V3f& wi);
+  // Adds the shadow rays of several light samples.
+  template <typename Lights, typename Sink>
+  void light_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
+                      ReusedPath* reused) const;
   // Adds the shadow ray of light sample `number` of `count`.
   template <typename Sink>
-  void light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
-                    const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
+  void light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval, uint32_t number,
+                    uint32_t count, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/reuse_paths.h"
 
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <span>
 
 namespace kindling {
 namespace {
@@ -34,16 +36,21 @@ class LightFrom {
       : frame_(frame), bsdf_(surface.bsdf, frame.to_local(wi)), cosine_(wi.dot(frame.normal)) {}
 
   // f times the cosine of the light: all of it, and the part that is shared.
-  struct Value {
-    Rgb all{0.0f}, shared{0.0f};
+  struct Values {
+    std::array<Rgb, kEvalsTogether> all, shared;
   };
-  [[nodiscard]] Value towards(const V3f& wo) const {
-    const V3f local = frame_.to_local(wo);
-    if (!(local.z > 0.0f)) return {};
-    const float scale = cosine_ / local.z;
-    const Rgb all = bsdf_.eval(local).value * scale;
+  // For at most kEvalsTogether directions.
+  void towards(std::span<const V3f> wo, Values& values) const {
+    std::array<V3f, kEvalsTogether> local;
+    BsdfEvals evals;
+    for (size_t i = 0; i < wo.size(); ++i) local[i] = frame_.to_local(wo[i]);
+    bsdf_.eval(std::span(local).first(wo.size()), evals);
     const bool narrow = bsdf_.alpha() > 0.0f && bsdf_.alpha() < kMinSharedAlpha;
-    return {all, narrow ? bsdf_.diffuse_value(local) * scale : all};
+    for (size_t i = 0; i < wo.size(); ++i) {
+      const float scale = local[i].z > 0.0f ? cosine_ / local[i].z : 0.0f;
+      values.all[i] = evals.values[i] * scale;
+      values.shared[i] = narrow ? bsdf_.diffuse_value(local[i]) * scale : values.all[i];
+    }
   }
 
  private:
@@ -98,17 +105,30 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   if (stages.patches) bsdf.guide_to(*stages.patches, receiver.first.position);
   if (stages.caustics) bsdf.guide_to(*stages.caustics, receiver.first.position);
   uint32_t traced = 0;
+  std::array<uint32_t, kEvalsTogether> places;
+  std::array<float, kEvalsTogether> ratios;
+  std::array<V3f, kEvalsTogether> directions;
+  size_t ready = 0;
+  const auto set_links = [&] {
+    BsdfEvals evals;
+    bsdf.eval(std::span(directions).first(ready), evals);
+    for (size_t i = 0; i < ready; ++i) {
+      if (is_black(evals.values[i]) || !(evals.pdfs[i] > 0.0f)) continue;
+      link(slot, places[i]) = {evals.values[i] * ratios[i], evals.pdfs[i] * ratios[i], directions[i]};
+      traced |= 1U << places[i];
+    }
+    ready = 0;
+  };
   for (uint32_t place = 1; place < count; ++place) {
     if ((givers >> place & 1U) == 0) continue;
     const ReusedSurface& second = paths[group[place]].second;
     const Way way = way_between(receiver.first, second);
     if (!(way.solid_angle_per_area > 0.0f) || !(way.direction.dot(receiver.first.geometric_normal) > 0.0f)) continue;
-    const BsdfEval eval = bsdf.eval(way.direction);
-    if (is_black(eval.value) || !(eval.pdf > 0.0f)) continue;
     if (!((second.origin - receiver.first.origin).length2() > 0.0f)) continue;
-    link(slot, place) = {eval.value * way.solid_angle_per_area, eval.pdf * way.solid_angle_per_area, way.direction};
-    traced |= 1U << place;
+    places[ready] = place, ratios[ready] = way.solid_angle_per_area, directions[ready] = way.direction;
+    if (++ready == kEvalsTogether) set_links();
   }
+  if (ready > 0) set_links();
   return traced;
 }
 
@@ -136,14 +156,28 @@ void ReuseView::share_light(uint32_t slot, const ReuseGroup& group) const {
   const Frame frame = Frame::around(giver.second.shading_normal);
   const auto share = [&](const V3f& wi, float scale, Rgb ReuseLink::*received, Rgb& own) {
     const LightFrom from(giver.second, frame, wi);
+    std::array<uint32_t, kEvalsTogether> places;
+    std::array<V3f, kEvalsTogether> directions;
+    size_t ready = 0;
+    const auto set_factors = [&] {
+      LightFrom::Values values;
+      from.towards(std::span(directions).first(ready), values);
+      for (size_t i = 0; i < ready; ++i) {
+        ReuseLink& to = link(group[places[i]], places[i]);
+        to.*received = to.value * values.shared[i] * (scale / density);
+        if (places[i] == 0)
+          own = giver.throughput * giver.value * (values.all[i] - values.shared[i]) * (scale / giver.pdf);
+      }
+      ready = 0;
+    };
     for (uint32_t place = 0; place < count; ++place) {
       if (group[place] == kNoPath) continue;
-      ReuseLink& to = link(group[place], place);
+      const ReuseLink& to = link(group[place], place);
       if (!(to.density > 0.0f)) continue;
-      const LightFrom::Value value = from.towards(-to.of_light);
-      to.*received = to.value * value.shared * (scale / density);
-      if (place == 0) own = giver.throughput * giver.value * (value.all - value.shared) * (scale / giver.pdf);
+      places[ready] = place, directions[ready] = -to.of_light;
+      if (++ready == kEvalsTogether) set_factors();
     }
+    if (ready > 0) set_factors();
   };
   if (!is_black(giver.tail)) share(giver.tail_wi, 1.0f / giver.tail_pdf, &ReuseLink::of_tail, giver.own_of_tail);
   // Last, as it replaces the directions.

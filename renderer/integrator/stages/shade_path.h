@@ -11,6 +11,7 @@
 #include "renderer/sampling/mis.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -88,10 +89,15 @@ template <typename Lights, typename Sink>
       reused->note_second(vertex);
   }
   if (reflects) {
+    constexpr bool kInMemory = requires { lights.data(); }; // not sampled one after the other
     const auto count = static_cast<uint32_t>(lights.size());
-    for (uint32_t number = 0; number < count; ++number)
-      if (const std::optional<LightSample>& light = lights[number])
-        light_vertex(vertex, *light, number, count, path, sink, reused);
+    if (kInMemory && kEvalsTogether > 1 && count > 2) {
+      if constexpr (kInMemory) light_together(vertex, lights, path, sink, reused);
+    } else {
+      for (uint32_t number = 0; number < count; ++number)
+        if (const std::optional<LightSample>& light = lights[number]; light && may_receive(vertex, light->wi))
+          light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, count, path, sink, reused);
+    }
   }
   // A partly transparent surface emits and reflects in proportion to its coverage; then the path
   // either scatters from it or passes through.
@@ -127,22 +133,45 @@ inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path,
   }
 }
 
-// Next-event estimation. A contribution is added to the path once its shadow ray is traced.
+// Returns whether the surface may scatter light from there: it is above the horizon of opaque ones.
+// Where shading and geometric normal disagree on whether a direction is reflected or transmitted,
+// it carries no light.
+inline bool PathStages::may_receive(const Vertex& vertex, const V3f& wi) {
+  const bool front = wi.dot(vertex.surface.geometric_normal) > 0.0f;
+  return vertex.layers ? front == (wi.dot(vertex.frame.normal) > 0.0f) : front;
+}
+
+// Adds several light samples, whose BSDFs are evaluated together.
+template <typename Lights, typename Sink>
+inline void PathStages::light_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
+                                       ReusedPath* reused) const {
+  static_assert(kMaxDirectSamples <= kEvalsTogether || kEvalsTogether == 1);
+  std::array<V3f, kMaxDirectSamples> directions;
+  std::array<uint32_t, kMaxDirectSamples> numbers;
+  const auto count = static_cast<uint32_t>(lights.size());
+  size_t ready = 0;
+  for (uint32_t number = 0; number < count; ++number) {
+    const std::optional<LightSample>& light = lights[number];
+    if (!light || !may_receive(vertex, light->wi)) continue;
+    directions[ready] = light->wi;
+    numbers[ready++] = number;
+  }
+  BsdfEvals evals;
+  vertex.bsdf.eval(std::span(directions).first(ready), evals);
+  for (size_t i = 0; i < ready; ++i)
+    light_vertex(vertex, *lights[numbers[i]], {evals.values[i], evals.pdfs[i]}, numbers[i], count, path, sink, reused);
+}
+
+// Next-event estimation, given the BSDF towards the light. A contribution is added to the path once
+// its shadow ray is traced.
 template <typename Sink>
-inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, uint32_t number, uint32_t count,
-                                     const PathInFlight& path, Sink& sink, ReusedPath* reused) const {
+inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval,
+                                     uint32_t number, uint32_t count, const PathInFlight& path, Sink& sink,
+                                     ReusedPath* reused) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
   assert(light.pdf > 0.0f);
   const float side = light.wi.dot(surface.geometric_normal);
-  if (vertex.layers) {
-    // Shading and geometric normal may disagree on whether the direction is reflected or
-    // transmitted: it carries no light.
-    if ((side > 0.0f) != (light.wi.dot(vertex.frame.normal) > 0.0f)) return;
-  } else if (side <= 0.0f) {
-    return;
-  }
-  const BsdfEval eval = vertex.bsdf.eval(light.wi);
   if (is_black(eval.value)) return;
   const float pdf = light.pdf * static_cast<float>(count); // of all samples together
   const float weight = light.delta ? 1.0f : power_heuristic(pdf, eval.pdf);
