@@ -28,8 +28,8 @@ struct BsdfParameters {
 // The kind of event that sampled a direction; selects the bounce limit that counts it.
 enum class Lobe : uint8_t { diffuse, glossy, transmission };
 
-// Directions that are evaluated together: in the lanes of vectors, which the threads of a GPU do not
-// have.
+// Directions that are evaluated together: in the lanes of vectors, which the threads of a GPU do
+// not have.
 inline constexpr size_t kEvalsTogether = KINDLING_ON_GPU ? 1 : Lanes::kCount;
 
 struct BsdfEval {
