@@ -222,7 +222,7 @@ void Environment::build_distribution() {
   double total = 0.0;
   for (const double sum : row_sums) total += sum;
   stored_distribution_ = Distribution2D(weights, static_cast<uint32_t>(columns), static_cast<uint32_t>(rows));
-  distribution = stored_distribution_;
+  distribution = static_cast<const Distribution2DView&>(stored_distribution_);
   // The density in the image's unit square is weight * band / total * (cells per unit square); over
   // solid angle it is divided by 2 pi^2 sin(theta).
   std::vector<float> factors(rows);
