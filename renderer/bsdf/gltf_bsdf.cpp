@@ -115,8 +115,7 @@ BsdfEval GltfBsdf::eval(const V3f& wi) const {
 void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
   assert(wi.size() <= kEvalsTogether);
 #if !KINDLING_ON_GPU
-  constexpr size_t kMinLanes = 3; // fewer are faster one by one
-  if (wi.size() >= kMinLanes && glossy_probability_ > 0.0f) {
+  if (wi.size() >= kMinEvalsTogether && glossy_probability_ > 0.0f) {
     LaneVectors directions, values;
     LaneNumbers densities;
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) directions.set(lane, wi[std::min(lane, wi.size() - 1)]);

@@ -31,6 +31,7 @@ enum class Lobe : uint8_t { diffuse, glossy, transmission };
 // Directions that are evaluated together: in the lanes of vectors, which the threads of a GPU do
 // not have.
 inline constexpr size_t kEvalsTogether = KINDLING_ON_GPU ? 1 : Lanes::kCount;
+inline constexpr size_t kMinEvalsTogether = 3; // fewer are evaluated faster one by one
 
 struct BsdfEval {
   Rgb value{0.0f};  // f(wo, wi) |cos_theta_i|

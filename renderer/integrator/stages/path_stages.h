@@ -172,10 +172,13 @@ struct PathStages {
   void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
                Sink& sink) const;
   [[nodiscard]] static bool may_receive(const Vertex& vertex, const V3f& wi);
-  // Adds the shadow rays of several light samples.
+  // Adds the shadow rays of all light samples.
   template <typename Lights, typename Sink>
-  void light_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
-                      ReusedPath* reused) const;
+  void add_lights(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
+                  ReusedPath* reused) const;
+  template <typename Lights, typename Sink>
+  void add_lights_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
+                           ReusedPath* reused) const; // step of it
   // Adds the shadow ray of light sample `number` of `count`.
   template <typename Sink>
   void light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval, uint32_t number,

@@ -88,17 +88,7 @@ template <typename Lights, typename Sink>
     else
       reused->note_second(vertex);
   }
-  if (reflects) {
-    constexpr bool kInMemory = requires { lights.data(); }; // not sampled one after the other
-    const auto count = static_cast<uint32_t>(lights.size());
-    if (kInMemory && kEvalsTogether > 1 && count > 2) {
-      if constexpr (kInMemory) light_together(vertex, lights, path, sink, reused);
-    } else {
-      for (uint32_t number = 0; number < count; ++number)
-        if (const std::optional<LightSample>& light = lights[number]; light && may_receive(vertex, light->wi))
-          light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, count, path, sink, reused);
-    }
-  }
+  if (reflects) add_lights(vertex, lights, path, sink, reused);
   // A partly transparent surface emits and reflects in proportion to its coverage; then the path
   // either scatters from it or passes through.
   if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, path)) {
@@ -133,18 +123,34 @@ inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path,
   }
 }
 
-// Returns whether the surface may scatter light from there: it is above the horizon of opaque ones.
-// Where shading and geometric normal disagree on whether a direction is reflected or transmitted,
-// it carries no light.
+// Returns whether the surface may scatter light from a direction. Opaque surfaces scatter none from
+// below their horizon. Where shading and geometric normal disagree on whether a direction is
+// reflected or transmitted, it carries no light.
 inline bool PathStages::may_receive(const Vertex& vertex, const V3f& wi) {
   const bool front = wi.dot(vertex.surface.geometric_normal) > 0.0f;
   return vertex.layers ? front == (wi.dot(vertex.frame.normal) > 0.0f) : front;
 }
 
-// Adds several light samples, whose BSDFs are evaluated together.
 template <typename Lights, typename Sink>
-inline void PathStages::light_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
-                                       ReusedPath* reused) const {
+[[gnu::always_inline]] inline void PathStages::add_lights(const Vertex& vertex, const Lights& lights,
+                                                          const PathInFlight& path, Sink& sink,
+                                                          ReusedPath* reused) const {
+  const auto count = static_cast<uint32_t>(lights.size());
+  if constexpr (requires { lights.data(); }) { // all are there, and not sampled one after the other
+    if (count >= kMinEvalsTogether) {
+      add_lights_together(vertex, lights, path, sink, reused);
+      return;
+    }
+  }
+  for (uint32_t number = 0; number < count; ++number)
+    if (const std::optional<LightSample>& light = lights[number]; light && may_receive(vertex, light->wi))
+      light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, count, path, sink, reused);
+}
+
+// Adds several light samples. The BSDF is evaluated towards all of them together.
+template <typename Lights, typename Sink>
+inline void PathStages::add_lights_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path,
+                                            Sink& sink, ReusedPath* reused) const {
   static_assert(kMaxDirectSamples <= kEvalsTogether || kEvalsTogether == 1);
   std::array<V3f, kMaxDirectSamples> directions;
   std::array<uint32_t, kMaxDirectSamples> numbers;
