@@ -1,11 +1,13 @@
 """Reads glTF as plain triangles, materials and a camera, for renderers that read no glTF.
 
-Static scenes without compression: nodes, meshes of triangles, KHR_materials_{specular,ior,transmission,volume,
-emissive_strength}. A file that requires more ends with a message.
+Static scenes without compression: nodes, meshes of triangles, KHR_lights_punctual, KHR_texture_transform where all
+textures of a material have the same one, KHR_materials_{specular,ior,transmission,volume,emissive_strength}. A file
+that requires more ends with a message.
 """
 # SPDX-License-Identifier: Apache-2.0
 import base64
 import json
+import math
 import struct
 import sys
 from dataclasses import dataclass, field
@@ -16,7 +18,7 @@ import numpy as np
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 READ = {"KHR_materials_specular", "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume",
-        "KHR_materials_emissive_strength"}
+        "KHR_materials_emissive_strength", "KHR_lights_punctual", "KHR_texture_transform"}
 
 
 @dataclass
@@ -24,7 +26,7 @@ class Mesh:
     """Triangles of one material, in world space (meters, y up)."""
     positions: np.ndarray  # (n, 3)
     normals: np.ndarray | None  # (n, 3)
-    texcoords: np.ndarray | None  # (n, 2), v down as in glTF
+    texcoords: np.ndarray | None  # (n, 2), v down as in glTF; as the material's textures are read
     triangles: np.ndarray  # (m, 3)
     material: "Material"
 
@@ -52,9 +54,36 @@ class Material:
     thickness: float = 0.0  # above 0: the mesh bounds a solid
     attenuation_color: tuple = (1.0, 1.0, 1.0)
     attenuation_distance: float = float("inf")
+    texture_place: "TexturePlace | None" = None  # None: without textures
 
     def emits(self):
         return any(value > 0.0 for value in self.emission)
+
+
+@dataclass(frozen=True)
+class TexturePlace:
+    """Where textures lie: a set of texture coordinates, and what KHR_texture_transform does to it."""
+    texcoord: int = 0
+    offset: tuple = (0.0, 0.0)
+    rotation_rad: float = 0.0
+    scale: tuple = (1.0, 1.0)
+
+    def apply(self, texcoords):
+        """(n, 2) to (n, 2): scaled, then rotated, then moved."""
+        x, y = texcoords[:, 0] * self.scale[0], texcoords[:, 1] * self.scale[1]
+        c, s = math.cos(self.rotation_rad), math.sin(self.rotation_rad)
+        return np.stack([c * x + s * y + self.offset[0], c * y - s * x + self.offset[1]], axis=1).astype(np.float32)
+
+
+@dataclass
+class Light:
+    """A light of KHR_lights_punctual."""
+    kind: str  # "point", "spot" or "directional"
+    intensity: np.ndarray  # (3,), W/sr or, of a directional light, W/m^2, by channel
+    position: np.ndarray  # (3,)
+    direction: np.ndarray  # (3,), unit: where it shines
+    inner_rad: float = 0.0  # of a spot: angles from its direction
+    outer_rad: float = math.pi / 4.0
 
 
 @dataclass
@@ -66,6 +95,7 @@ class Camera:
 @dataclass
 class GltfScene:
     meshes: list = field(default_factory=list)
+    lights: list = field(default_factory=list)
     camera: Camera | None = None
 
 
@@ -108,7 +138,16 @@ class Reader:
                 if perspective is None:
                     sys.exit(f"{self.path}: its camera is not a perspective one")
                 scene.camera = Camera(world, perspective["yfov"])
+            if "KHR_lights_punctual" in node.get("extensions", {}):
+                scene.lights.append(self.light(node["extensions"]["KHR_lights_punctual"]["light"], world))
             self.add_nodes(node.get("children", []), world, scene)
+
+    def light(self, index, world):
+        entry = self.gltf["extensions"]["KHR_lights_punctual"]["lights"][index]
+        spot = entry.get("spot", {})
+        direction = -world[:3, 2] / np.linalg.norm(world[:3, 2])
+        return Light(entry["type"], entry.get("intensity", 1.0) * np.array(entry.get("color", [1.0] * 3)), world[:3, 3], direction,
+                     spot.get("innerConeAngle", 0.0), spot.get("outerConeAngle", math.pi / 4.0))
 
     def mesh(self, primitive, world):
         attributes = primitive["attributes"]
@@ -118,12 +157,15 @@ class Reader:
         if "NORMAL" in attributes:
             normals = self.accessor(attributes["NORMAL"]).astype(np.float64) @ np.linalg.inv(linear)
             normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-        texcoords = self.accessor(attributes["TEXCOORD_0"]).astype(np.float32) if "TEXCOORD_0" in attributes else None
         triangles = self.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(len(positions))
         triangles = triangles.reshape(-1, 3).astype(np.int32)
         if np.linalg.det(linear) < 0.0:
             triangles = triangles[:, ::-1].copy()
         material = self.materials[primitive["material"]] if "material" in primitive else Material()
+        place = material.texture_place or TexturePlace()
+        texcoords = attributes.get(f"TEXCOORD_{place.texcoord}")
+        if texcoords is not None:
+            texcoords = place.apply(self.accessor(texcoords).astype(np.float32))
         return Mesh((positions @ linear.T + world[:3, 3]).astype(np.float32),
                     None if normals is None else normals.astype(np.float32), texcoords, triangles, material)
 
@@ -149,8 +191,19 @@ class Reader:
             return base64.b64decode(uri.split(",", 1)[1])
         return (self.path.parent / uri).read_bytes()
 
+    def texture_place(self, name, slots):
+        """The place that all textures of a material share."""
+        places = set()
+        for slot in filter(None, slots):
+            moved = slot.get("extensions", {}).get("KHR_texture_transform", {})
+            places.add(TexturePlace(moved.get("texCoord", slot.get("texCoord", 0)), tuple(moved.get("offset", (0.0, 0.0))),
+                                    moved.get("rotation", 0.0), tuple(moved.get("scale", (1.0, 1.0)))))
+        if len(places) > 1:
+            sys.exit(f"{self.path}: material {name}: its textures lie in {len(places)} ways, and this reader has one for each material")
+        return places.pop() if places else None
+
     def texture(self, slot):
-        """The file of a texture's image; repeated and unmoved."""
+        """The file of a texture's image; repeated."""
         if slot is None:
             return None
         image = self.gltf["images"][self.gltf["textures"][slot["index"]]["source"]]
@@ -175,6 +228,7 @@ class Reader:
         strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         volume = extensions.get("KHR_materials_volume", {})
         normal = entry.get("normalTexture")
+        slots = [base.get("baseColorTexture"), base.get("metallicRoughnessTexture"), normal, entry.get("emissiveTexture")]
         return Material(
             name=entry.get("name", "material"), base_color=tuple(color[:3]), alpha=color[3],
             alpha_mode=entry.get("alphaMode", "OPAQUE"), alpha_cutoff=entry.get("alphaCutoff", 0.5),
@@ -185,10 +239,11 @@ class Reader:
             emission=tuple(strength * value for value in entry.get("emissiveFactor", [0.0] * 3)),
             emission_texture=self.texture(entry.get("emissiveTexture")), double_sided=entry.get("doubleSided", False),
             specular=extensions.get("KHR_materials_specular", {}).get("specularFactor", 1.0),
-            ior=extensions.get("KHR_materials_ior", {}).get("ior", 1.5),
+            ior=float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)),
             transmission=extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0),
             thickness=volume.get("thicknessFactor", 0.0), attenuation_color=tuple(volume.get("attenuationColor", [1.0] * 3)),
-            attenuation_distance=volume.get("attenuationDistance", float("inf")))
+            attenuation_distance=volume.get("attenuationDistance", float("inf")),
+            texture_place=self.texture_place(entry.get("name", "material"), slots))
 
 
 def local_matrix(node):

@@ -61,6 +61,21 @@ def repair_materials(gltf):
                 node.inputs["Specular" if "Specular" in node.inputs else "Specular IOR Level"].default_value = 0.0
 
 
+def import_scene(path):
+    """Imports a file. Lights keep their numbers, taken as watts, and have no size."""
+    if "export_import_convert_lighting_mode" in bpy.ops.import_scene.gltf.get_rna_type().properties.keys():
+        bpy.ops.import_scene.gltf(filepath=path, export_import_convert_lighting_mode="COMPAT")
+    else:  # Blender 3.4 takes them as lumens
+        bpy.ops.import_scene.gltf(filepath=path)
+        for light in bpy.data.lights:
+            light.energy *= 683.0
+    for light in bpy.data.lights:
+        if light.type == "SUN":
+            light.angle = 0.0
+        else:
+            light.shadow_soft_size = 0.0
+
+
 def set_world(job):
     """The equirectangular image, u = 0.5 + atan2(z, x) / 2 pi in glTF axes, which after the importer's rotation of +Y to +Z is
     exactly Blender's own mapping; a rotation turns it counter-clockwise seen from above. Without an image: black."""
@@ -188,7 +203,7 @@ def main():
     bpy.ops.preferences.addon_enable(module="cycles")
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
     import_started = time.perf_counter()
-    bpy.ops.import_scene.gltf(filepath=job["scene"])
+    import_scene(job["scene"])
     import_s = time.perf_counter() - import_started
     gltf = read_gltf_json(job["scene"])
     repair_materials(gltf)

@@ -40,6 +40,8 @@ class Converter:
             self.add_object(f"mesh{number}", mesh, names[id(mesh.material)])
             if mesh.material.emits() and not gltf_scene.is_closed(mesh):  # LuxCore's emitters have one side
                 self.add_object(f"mesh{number}back", gltf_scene.back_of(mesh), names[id(mesh.material)])
+        for number, light in enumerate(gltf.lights):
+            self.set(f"scene.lights.light{number}", punctual(light))
         if job["environment"]:
             self.environment(job)
         scene = pyluxcore.Scene()
@@ -146,6 +148,19 @@ class Converter:
             self.set(f"scene.volumes.{volume}", {"type": "clear", "absorption": absorption, "ior": material.ior})
             values["volume.interior"] = volume
         return values
+
+
+def punctual(light):
+    """A spot's edge is LuxCore's own, between the same angles."""
+    position, color = light.position.tolist(), light.intensity.tolist()
+    if light.kind == "directional":
+        return {"type": "sharpdistant", "direction": light.direction.tolist(), "color": color, "gain": [1.0] * 3}
+    gain = 4.0 * math.pi if light.kind == "point" else 1.0  # a point's color is that of all directions
+    values = {"type": light.kind, "position": position, "color": color, "gain": [gain] * 3, "power": 0.0}
+    if light.kind == "spot":
+        values |= {"target": (light.position + light.direction).tolist(), "coneangle": math.degrees(light.outer_rad),
+                   "conedeltaangle": math.degrees(light.outer_rad - light.inner_rad)}
+    return values
 
 
 def timed_render(scene, job, samples):

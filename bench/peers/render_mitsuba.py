@@ -3,7 +3,7 @@
     PYTHON render_mitsuba.py JOB.json
 
 PYTHON is that of the environment of install.py; the job is written by run.py. Settings are those of a plain path
-tracer: integrator `path` (or `volpath` where glass absorbs), box filter, independent samples, as Mitsuba's defaults are.
+tracer: integrator `path` (or `volpath` where glass absorbs or surfaces are cut out), box filter, independent samples, as Mitsuba's defaults are.
 What differs from glTF: see README.md.
 """
 # SPDX-License-Identifier: Apache-2.0
@@ -23,6 +23,7 @@ import mitsuba as mi
 import gltf_scene
 
 MIN_ALPHA = 1e-4
+MAX_SMOOTH = 0.01  # roughness of glass that counts as smooth
 
 
 def rgb(values):
@@ -32,7 +33,7 @@ def rgb(values):
 class Converter:
     def __init__(self, folder):
         self.folder = folder
-        self.absorbs = False
+        self.needs_volpath = False  # light that is sampled passes through cut-outs, and through glass that absorbs, in `volpath` alone
 
     def scene(self, gltf, job):
         scene = {"type": "scene", "sensor": self.sensor(gltf.camera, job)}
@@ -43,11 +44,13 @@ class Converter:
                 scene[materials[id(mesh.material)]] = self.bsdf(mesh.material)
         for number, mesh in enumerate(gltf.meshes):
             self.add_mesh(scene, number, mesh, materials[id(mesh.material)])
+        for number, light in enumerate(gltf.lights):
+            scene[f"light{number}"] = punctual(light)
         if job["environment"]:
             scene["environment"] = {"type": "envmap", "filename": job["environment"], "scale": job["environment_intensity"],
                                     "to_world": environment_to_world(job["environment_rotation_deg"])}
         depth = job["max_bounces"] + 2  # Mitsuba counts segments: 1 is emission, 2 direct light
-        scene["integrator"] = {"type": "volpath" if self.absorbs else "path", "max_depth": depth,
+        scene["integrator"] = {"type": "volpath" if self.needs_volpath else "path", "max_depth": depth,
                                "hide_emitters": not job["background_visible"]}
         return scene
 
@@ -85,9 +88,11 @@ class Converter:
     def medium(self, material):
         if material.attenuation_distance == float("inf") or min(material.attenuation_color) >= 1.0:
             return None
-        self.absorbs = True
-        sigma = [-math.log(max(value, 1e-6)) / material.attenuation_distance for value in material.attenuation_color]
-        return {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(sigma)}
+        self.needs_volpath = True
+        sigma = [max(-math.log(max(value, 1e-6)), 0.0) / material.attenuation_distance for value in material.attenuation_color]
+        scale = max(sigma)
+        relative = [max(value / scale, 1e-4) for value in sigma]  # `volpath` returns NaN where a channel is not absorbed
+        return {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(relative), "scale": scale}
 
     def bsdf(self, material):
         bsdf = self.opaque(material) if material.transmission == 0.0 else self.glass(material)
@@ -98,6 +103,7 @@ class Converter:
         if material.transmission == 0.0:
             bsdf = {"type": "twosided", "bsdf": bsdf}
         opacity = self.opacity(material)
+        self.needs_volpath |= opacity is not None
         return {"type": "mask", "opacity": opacity, "bsdf": bsdf} if opacity is not None else bsdf
 
     @staticmethod
@@ -112,9 +118,7 @@ class Converter:
 
     @staticmethod
     def opaque(material):
-        color = rgb(material.base_color)
-        if material.base_color_texture is not None:
-            color = bitmap(linear(load_texels(material.base_color_texture)[..., :3]) * np.array(material.base_color, np.float32))
+        color = base_color(material)
         if material.specular == 0.0 and material.metallic == 0.0:
             return {"type": "diffuse", "reflectance": color}
         roughness, metallic = material.roughness, material.metallic
@@ -130,10 +134,36 @@ class Converter:
 
     @staticmethod
     def glass(material):
-        kind = {"type": "thindielectric"} if material.thickness == 0.0 else {"type": "dielectric"}
-        if material.roughness > 0.01 and material.thickness > 0.0:
-            kind = {"type": "roughdielectric", "distribution": "ggx", "alpha": max(material.roughness ** 2, MIN_ALPHA)}
-        return kind | {"int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": rgb(material.base_color)}
+        kind = {"type": "thindielectric"}
+        if material.thickness > 0.0:
+            roughness = np.float32(material.roughness)
+            if material.metallic_roughness_texture is not None:
+                roughness = roughness * load_texels(material.metallic_roughness_texture)[..., 1:2]
+            alpha = np.maximum(roughness ** 2, MIN_ALPHA)
+            kind = {"type": "roughdielectric", "distribution": "ggx", "alpha": bitmap(alpha) if alpha.ndim else float(alpha)}
+            if np.max(roughness) <= MAX_SMOOTH:
+                kind = {"type": "dielectric"}
+        return kind | {"int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": base_color(material)}
+
+
+def base_color(material):
+    if material.base_color_texture is None:
+        return rgb(material.base_color)
+    texels = linear(load_texels(material.base_color_texture)[..., :3])
+    return bitmap(texels * np.array(material.base_color, np.float32))
+
+
+def punctual(light):
+    """A spot's edge is linear in the angle, where glTF has the square of a line in its cosine."""
+    position, direction = light.position.tolist(), light.direction.tolist()
+    if light.kind == "directional":
+        return {"type": "directional", "direction": direction, "irradiance": rgb(light.intensity)}
+    if light.kind == "point":
+        return {"type": "point", "position": position, "intensity": rgb(light.intensity)}
+    up = [0.0, 1.0, 0.0] if abs(direction[1]) < 0.9 else [1.0, 0.0, 0.0]
+    to_world = mi.ScalarTransform4f().look_at(position, [a + b for a, b in zip(position, direction)], up)
+    return {"type": "spot", "to_world": to_world, "intensity": rgb(light.intensity),
+            "cutoff_angle": math.degrees(light.outer_rad), "beam_width": math.degrees(light.inner_rad)}
 
 
 def environment_to_world(rotation_deg):
