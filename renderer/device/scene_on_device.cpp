@@ -77,6 +77,8 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                     .light_probabilities =
                         stages.light_probabilities != nullptr ? *stages.light_probabilities : LightSelectionTreeView{},
                     .volumes = stages.volumes != nullptr ? *stages.volumes : VolumeGuideView{},
+                    .to_environment =
+                        stages.to_environment != nullptr ? *stages.to_environment : EnvironmentGuideView{},
                     .caustics = stages.caustics != nullptr ? *stages.caustics : CausticGuideView{},
                     .light_paths = input.light_paths != nullptr ? *input.light_paths : LightPathStages{},
                     .stages = stages,
@@ -96,6 +98,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   if (stages.patches != nullptr) scene.stages.patches = on_device(scene.patches);
   if (stages.light_probabilities != nullptr) scene.stages.light_probabilities = on_device(scene.light_probabilities);
   if (stages.volumes != nullptr) scene.stages.volumes = on_device(scene.volumes);
+  if (stages.to_environment != nullptr) scene.stages.to_environment = on_device(scene.to_environment);
   if (stages.caustics != nullptr) scene.stages.caustics = on_device(scene.caustics);
 
   assert((input.light_paths != nullptr) == (stages.light_paths != nullptr));
@@ -134,6 +137,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.camera);
   arena.place_arrays(scene.light_probabilities);
   arena.place_arrays(scene.volumes);
+  arena.place_arrays(scene.to_environment);
   arena.place_arrays(scene.caustics);
   arena.place_arrays(scene.light_paths);
   arena.place_arrays(scene.shader.lights);

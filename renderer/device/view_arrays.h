@@ -8,6 +8,7 @@
 #include "accel/kdtree/view.h"
 #include "renderer/camera/camera.h"
 #include "renderer/guiding/caustic_guide.h"
+#include "renderer/guiding/environment_guide.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/stages/light_path_view.h"
@@ -151,6 +152,12 @@ void for_each_array(VolumeGuideView& guide, F&& f) {
   f(guide.nodes);
   f(guide.regions);
   f(guide.quarters);
+}
+
+template <class F>
+void for_each_array(EnvironmentGuideView& guide, F&& f) {
+  f(guide.nodes);
+  f(guide.shares);
 }
 
 template <class F>

@@ -4,6 +4,7 @@
 
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/caustic_guide.h"
+#include "renderer/guiding/environment_guide.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
 
@@ -14,6 +15,7 @@ struct Guide {
   LightSelectionTree light_probabilities; // may be empty: LightSet estimates the selection probabilities
   VolumeGuide volumes;                    // may be empty: walks in media follow the phase function
   CausticGuide caustics;                  // may be empty: no caustics were found
+  EnvironmentGuide environment;           // may be empty: no directions follow the environment
 };
 
 } // namespace kindling

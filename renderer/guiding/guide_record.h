@@ -33,9 +33,12 @@ struct GuideRecord {
   // Solid-angle densities, relative to the one that the direction was sampled with. With
   // probability s for guided directions the density is base - s * replaced + allowed * (guide
   // density).
-  float base = 1.0f;             // of the BSDF alone
-  float replaced = 0.0f;         // of the lobes that the guide may replace
-  float allowed = 0.0f;          // maximum probability of guided directions
+  float base = 1.0f;     // of the BSDF alone
+  float replaced = 0.0f; // of the lobes that the guide may replace
+  float allowed = 0.0f;  // maximum probability of guided directions
+  // That of the environment, times `allowed`; at most `replaced` if a light sample finds the same
+  // light, which a guide would not find more often then.
+  float environment = 0.0f;
   float without_caustics = 1.0f; // of all but the directions of caustics; above 0
 
   // Hits of one group have one kind and one facing.

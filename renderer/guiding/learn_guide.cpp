@@ -124,4 +124,20 @@ LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const L
   return learned;
 }
 
+// Each half of the records judges what the other one has learned; then all learn.
+LearnedEnvironment learn_environment(std::span<const GuideRecord> records, double rare) {
+  std::array<std::vector<GuideRecord>, 2> halves, learning;
+  for (size_t i = 0; i < records.size(); ++i) halves[i % 2].push_back(records[i]);
+  for (size_t h = 0; h < halves.size(); ++h) {
+    learning[h] = select(halves[h]);
+    if (learning[h].size() < kMinRecords) return {};
+  }
+  LearnedEnvironment learned{.second_moment = 0.0};
+  for (size_t h = 0; h < halves.size(); ++h)
+    learned.second_moment += 0.5 * second_moment(halves[1 - h], EnvironmentGuide(learning[h]), 0.5 * rare);
+  std::vector<GuideRecord> all = select(records);
+  learned.guide = EnvironmentGuide(all);
+  return learned;
+}
+
 } // namespace kindling

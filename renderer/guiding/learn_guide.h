@@ -23,9 +23,17 @@ struct LearnedGuide {
   double second_moment_of_openings = kInfinity;
 };
 
-// Deterministic in the records and their order.
+// Learns all but the environment's directions. Deterministic in the records and their order.
 [[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records,
                                        std::span<const LightRecord> light_records);
+
+struct LearnedEnvironment {
+  EnvironmentGuide guide;
+  double second_moment = 1.0; // of all records, as above
+};
+// Light that is found `rare` times among the paths of these records is so rare that few pixels show
+// it: second_moment() of environment_guide.h. Deterministic in the records and their order.
+[[nodiscard]] LearnedEnvironment learn_environment(std::span<const GuideRecord> records, double rare);
 
 // The steps for patches. First, hits of light that comes through an opening, such as a window or a
 // door, are moved to a rectangle there if they are less spread in it. At most one opening is found

@@ -55,6 +55,7 @@ struct BatchSink {
     record.base = scattered.bsdf_pdf / scattered.pdf;
     record.replaced = vertex.bsdf.replaceable(scattered.bsdf_pdf, scattered.cosine) / scattered.pdf;
     record.allowed = vertex.bsdf.allowed() / scattered.pdf;
+    if (scattered.cosine > 0.0f) record.environment = record.allowed * world.lights.environment.pdf(scattered.wi);
     record.without_caustics = vertex.bsdf.without_caustics(scattered) / scattered.pdf;
     context.recorder->reflect(path.slot, record);
   }

@@ -37,19 +37,22 @@ constexpr uint64_t kTimedPathStep = 1024;     // plans are multiples of this
 // of lights cost nothing. Patches in openings gain more than they predict: they find the light of
 // the sky, too, most of whose light samples are blocked by walls.
 struct Limits {
-  double patches, openings, lights;
+  double patches, openings, lights, environment;
 };
-constexpr Limits kPromising{0.91, 0.97, 0.98};
-constexpr Limits kPromisingAfterFew{0.98, 0.98, 0.995}; // a short probe knows less
-constexpr Limits kWorthwhile{0.88, 0.94, 0.97};
-constexpr Limits kWorthwhileAfterFew{0.94, 0.94, 0.97}; // few paths predict less than their guide gains
-constexpr Limits kAnyGain{1.0, 1.0, 1.0};
+constexpr Limits kPromising{0.91, 0.97, 0.98, 0.97};
+constexpr Limits kPromisingAfterFew{0.98, 0.98, 0.995, 0.98}; // a short probe knows less
+constexpr Limits kWorthwhile{0.88, 0.94, 0.97, 0.94};
+constexpr Limits kWorthwhileAfterFew{0.94, 0.94, 0.97, 0.94}; // few paths predict less than their guide gains
+constexpr Limits kAnyGain{1.0, 1.0, 1.0, 1.0};
 
 // Directions of caustics make paths on all surfaces with caustics 1.3 times as expensive. They pay
 // where the BSDF alone would miss this share of the image's light in most pixels.
 constexpr double kMinCausticShare = 0.02;
 constexpr size_t kMinCausticRecords = 4 * CausticGuide::kLobes;
 constexpr uint64_t kLightPathsPerPath = 2; // over casters, of a path from the camera
+
+constexpr double kRarePixels = 0.001;  // light in so few pixels decides nothing
+constexpr float kShareOfProbe = 0.25f; // of directions that follow the environment, where there is glass
 
 struct Worker {
   std::unique_ptr<PathContext> context;
@@ -78,10 +81,12 @@ class Training {
       const bool selective = settings_.only_if_worthwhile;
       const Limits& promising = paths < kShortTraining ? kPromisingAfterFew : kPromising;
       const Limits& worthwhile = paths < kShortTraining ? kWorthwhileAfterFew : kWorthwhile;
-      const double before_probe_s = elapsed_s();
-      trace(paths / kProbePart, nullptr);
-      const double rest_s = (elapsed_s() - before_probe_s) * (kProbePart - 1);
-      guide = learn(selective ? promising : kAnyGain);
+      guide = probe_environment(paths / kProbePart, selective ? promising : kAnyGain);
+      if (!guide) {
+        trace(paths / kProbePart, nullptr);
+        guide = learn(selective ? promising : kAnyGain);
+      }
+      const double rest_s = traced_s_ * (kProbePart - 1);
       if (settings_.max_training_s && elapsed_s() + rest_s > kGiveUpShare * *settings_.max_training_s) {
         guide.reset(); // a plan of fewer paths would need a probe of its own
         statistics_.max_paths = 0;
@@ -95,6 +100,7 @@ class Training {
     if (stopped()) guide.reset();
     if (guide) {
       statistics_.patches = static_cast<int>(guide->patches.patches().size());
+      statistics_.environment_regions = static_cast<int>(guide->environment.region_count());
       statistics_.light_regions = static_cast<int>(guide->light_probabilities.region_count());
       statistics_.volume_regions = static_cast<int>(guide->volumes.bright_region_count());
       statistics_.caustic_regions = static_cast<int>(guide->caustics.regions.size());
@@ -113,17 +119,40 @@ class Training {
     trace(settings_.max_paths / kProbePart, nullptr, kMeasuringShare * *settings_.max_training_s);
     const double per_path_s = elapsed_s() / static_cast<double>(std::max<uint64_t>(statistics_.paths, 1));
     const double left_s = std::max(kTracingShare * *settings_.max_training_s - elapsed_s(), 0.0);
+    forget_paths();
+    const auto affordable = static_cast<uint64_t>(left_s / per_path_s) / kTimedPathStep * kTimedPathStep;
+    return affordable < kMinTimedPaths ? 0 : std::min(affordable, settings_.max_paths);
+  }
+
+  // Few paths meet the light of an environment behind glass. If there are both, these paths are
+  // guided to bright places of the environment everywhere. Returns null if that is in vain.
+  std::unique_ptr<const Guide> probe_environment(uint64_t paths, const Limits& limits) {
+    const bool has_glass =
+        std::any_of(world_.layer_materials.begin(), world_.layer_materials.end(),
+                    [](const LayerMaterial& layers) { return layers.volume && layers.transmission_factor > 0.0f; });
+    if (!has_glass || world_.lights.environment.is_black()) return nullptr;
+    Guide everywhere;
+    everywhere.environment = EnvironmentGuide(kShareOfProbe);
+    probes_environment_ = true;
+    trace(paths, &everywhere);
+    std::unique_ptr<const Guide> guide = learn(limits);
+    if (guide && !guide->environment.empty()) return guide;
+    probes_environment_ = false;
+    forget_paths();
+    return nullptr;
+  }
+
+  void forget_paths() {
     statistics_.paths = 0;
     next_sample_ = 0;
     records_.clear();
     light_records_.clear();
-    const auto affordable = static_cast<uint64_t>(left_s / per_path_s) / kTimedPathStep * kTimedPathStep;
-    return affordable < kMinTimedPaths ? 0 : std::min(affordable, settings_.max_paths);
   }
 
   // Traces about `paths` more paths, spread over the image as evenly as whole blocks allow. Begins
   // no block later than `end_s` after the start of the training.
   void trace(uint64_t paths, const Guide* guide, double end_s = kInfinity) {
+    const double before_s = elapsed_s();
     const PathIntegrator integrator(settings_.integrator, world_, camera_, sampler_, settings_.filter, AovSet{}, guide);
     tbb::enumerable_thread_specific<Worker> workers([&] {
       Worker worker{integrator.make_path_context(), std::make_unique<PathRecorder>(settings_.integrator.batch_size),
@@ -166,6 +195,7 @@ class Training {
       busy_s_ += worker.busy_s;
     }
     gather(found);
+    traced_s_ = elapsed_s() - before_s;
   }
 
   // Appends the records of all blocks and makes their moments relative to the image: the measure is
@@ -227,7 +257,14 @@ class Training {
       learned.guide.patches = {};
     }
     if (!(learned.light_second_moment < limits.lights)) learned.guide.light_probabilities = {};
-    if (learned.guide.patches.empty() && learned.guide.light_probabilities.empty()) return nullptr;
+    if (probes_environment_) {
+      const double rare = kRarePixels / settings_.samples * static_cast<double>(statistics_.paths);
+      LearnedEnvironment environment = learn_environment(records_, rare);
+      statistics_.predicted_environment = environment.second_moment;
+      if (environment.second_moment < limits.environment) learned.guide.environment = std::move(environment.guide);
+    }
+    if (learned.guide.patches.empty() && learned.guide.environment.empty() && learned.guide.light_probabilities.empty())
+      return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));
   }
 
@@ -297,8 +334,10 @@ class Training {
   std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
   double busy_s_ = 0.0;
-  double mean_luminance_ = 0.0; // of the paths traced last
-  bool is_extra_ = false;       // further paths are beyond max_paths
+  bool probes_environment_ = false; // its directions are learned, too
+  double traced_s_ = 0.0;           // of the last trace()
+  double mean_luminance_ = 0.0;     // of the paths traced last
+  bool is_extra_ = false;           // further paths are beyond max_paths
 };
 
 } // namespace

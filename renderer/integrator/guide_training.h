@@ -18,6 +18,7 @@ struct GuideTrainingSettings {
   PixelFilter filter;
   uint32_t seed = 0;      // of the render; the paths of the training are independent of its samples
   uint64_t max_paths = 0; // 0: no training
+  uint32_t samples = 1;   // that the render takes of each pixel
   // Wall seconds for tracing and learning. The speed is measured with paths that are dropped, then
   // max_paths lowered to what the time allows (GuidingStatistics::max_paths). Unset: no limit.
   std::optional<double> max_training_s;
@@ -30,14 +31,16 @@ struct GuidingStatistics {
   double training_s = 0.0; // wall seconds
   uint64_t max_paths = 0;  // GuideTrainingSettings::max_paths, or what its time allowed
   uint64_t paths = 0;
-  RayCounters rays;              // of the training's paths
-  double predicted = 1.0;        // second moment of reflected light with the guide, relative to that without
-  double predicted_lights = 1.0; // the same for light samples
-  int patches = 0;               // that directions are guided to; 0: directions are not guided
-  int light_regions = 0;         // with learned probabilities of the kinds of light; 0: none are learned
-  int volume_regions = 0;        // of scattering media with learned directions; 0: none
-  int caustic_regions = 0;       // of surfaces with learned directions of caustics; 0: none
-  double caustic_share = 0.0;    // of the image's light that these find, as predicted
+  RayCounters rays;                   // of the training's paths
+  double predicted = 1.0;             // second moment of reflected light with the guide, relative to that without
+  double predicted_environment = 1.0; // with directions that follow the environment
+  double predicted_lights = 1.0;      // the same for light samples
+  int patches = 0;                    // that directions are guided to; 0: directions are not guided
+  int environment_regions = 0;        // where directions follow the environment; 0: none do
+  int light_regions = 0;              // with learned probabilities of the kinds of light; 0: none are learned
+  int volume_regions = 0;             // of scattering media with learned directions; 0: none
+  int caustic_regions = 0;            // of surfaces with learned directions of caustics; 0: none
+  double caustic_share = 0.0;         // of the image's light that these find, as predicted
 };
 
 struct TrainedGuide {

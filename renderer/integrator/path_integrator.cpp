@@ -29,6 +29,7 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
           .camera = &camera,
           .patches = guide && !guide->patches.empty() ? &guide->patches : nullptr,
           .light_probabilities = guide && !guide->light_probabilities.empty() ? &guide->light_probabilities : nullptr,
+          .to_environment = guide && !guide->environment.empty() ? &guide->environment : nullptr,
           .caustics = guide && !guide->caustics.empty() ? &guide->caustics : nullptr,
           .volumes = guide && !guide->volumes.empty() ? &guide->volumes : nullptr};
 }

@@ -11,8 +11,8 @@ void PathRecorder::drop(size_t slot) {
   --path.count;
 }
 
-void PathRecorder::arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing,
-                             uint8_t hit_kind) {
+void PathRecorder::arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing, uint8_t hit_kind,
+                             bool sampled) {
   Path& path = paths_[slot];
   if (!path.in_flight) return;
   Reflection& reflection = reflections_[slot * kMaxReflections + path.count - 1];
@@ -22,6 +22,7 @@ void PathRecorder::arrive_at(size_t slot, const PathState& state, const V3f& hit
   record.hit = hit;
   record.hit_facing = hit_facing;
   record.hit_kind = hit_kind;
+  if (sampled) record.environment = std::min(record.environment, record.replaced);
   reflection.found_before = luminance(state.light[0] + state.light[1] + state.light[2]);
 }
 
@@ -40,7 +41,7 @@ void PathRecorder::escape(size_t slot, const PathState& state, const V3f& direct
     facing = 2 * static_cast<uint32_t>(axis) + (up ? 1 : 0);
   }
   if (nearest > 0.0f && nearest < kInfinity)
-    arrive_at(slot, state, from + direction * nearest, facing, kOnBounds);
+    arrive_at(slot, state, from + direction * nearest, facing, kOnBounds, true);
   else
     drop(slot);
 }

@@ -33,9 +33,10 @@ class PathRecorder {
   // Called when the ray of the last reflection has hit a surface, or ended (null), before any light
   // found there is added.
   void arrive(size_t slot, const PathState& state, const SurfacePoint* surface) {
-    if (surface)
-      arrive_at(slot, state, surface->position, facing_of(surface->geometric_normal), kOnSurface);
-    else
+    if (surface) {
+      const bool sampled = surface->alpha < 1.0f || surface->has_thin_wall() || !is_black(surface->emitted);
+      arrive_at(slot, state, surface->position, facing_of(surface->geometric_normal), kOnSurface, sampled);
+    } else
       drop(slot);
   }
   // Called when that ray, of a unit direction, has left the scene instead. `bounds` contains the
@@ -66,8 +67,10 @@ class PathRecorder {
     float found_before = 0.0f; // luminance
   };
   // Completes the record of the reflection in flight, if there is one; or drops it, because there
-  // is no position that other paths could be guided to.
-  void arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing, uint8_t hit_kind);
+  // is no position that other paths could be guided to. `sampled`: light samples find light there or
+  // behind it, too.
+  void arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing, uint8_t hit_kind,
+                 bool sampled);
   void drop(size_t slot);
 
   std::vector<LightRecord> offered_lights_;

@@ -5,6 +5,7 @@
 #include "renderer/session/render_session.h"
 #include "tests/device/caster_scene.h"
 #include "tests/device/tested_device.h"
+#include "tests/integrator/glass_bell.h"
 #include "tests/integrator/wax_scene.h"
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
@@ -168,6 +169,17 @@ TEST(DeviceRenders, GuidingToCaustics) {
   ASSERT_TRUE(outcome.ok());
   EXPECT_GT(outcome.value().statistics.guiding.caustic_regions, 0) << "no guide, so nothing is tested";
   expect_same_on_device(*world, settings, camera);
+}
+
+TEST(DeviceRenders, GuidingByTheEnvironment) {
+  const auto world = bell_world();
+  RenderSettings settings = small_render(kSize, 8);
+  settings.guiding = Guiding::automatic;
+  settings.training_paths = 60000;
+  const Result<RenderOutcome> outcome = render(*world, bell_camera(kSize), settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.environment_regions, 0) << "no guide, so nothing is tested";
+  expect_same_on_device(*world, settings, bell_camera(kSize));
 }
 
 TEST(DeviceRenders, WhittedTrees) {

@@ -1,5 +1,6 @@
 // Scenes of surfaces that focus light: glass, metal, coats, prisms.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/integrator/glass_bell.h"
 #include "tests/integrator/place_light.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/unbiased/scenes.h"
@@ -73,6 +74,12 @@ TestScene coats_and_prisms() {
                             sphere(V3f(1.4f, 0.6f, -0.6f), 0.5f, 48, 5), sphere(V3f(-0.3f, 0.5f, 1.0f), 0.4f, 48, 6)});
   add_lamp(scene, 4.0f, 0.8f, V3f(1.4f, 2.9f, 0.8f));
   return seen_from_above(std::move(scene), 40);
+}
+
+TestScene glass_bell() {
+  TestScene test = seen_from_above(ball_under_a_bell(), 40);
+  test.whole.environment = sky_with_a_lamp(6.0f);
+  return test;
 }
 
 } // namespace kindling::test

@@ -15,6 +15,7 @@ std::span<const NamedScene> all_scenes() {
                                            {"layered_materials", layered_materials},
                                            {"caustics", caustics},
                                            {"coats_and_prisms", coats_and_prisms},
+                                           {"glass_bell", glass_bell},
                                            {"moving_caustics", moving_caustics},
                                            {"moving_lamps", moving_lamps},
                                            {"cornell_box", cornell_box},

@@ -57,10 +57,13 @@ std::string format_summary(const RenderReport& r) {
                         100.0 * s.converged_share, r.adaptive.noise_threshold, r.mean_spp);
   if (const GuidingStatistics& g = s.guiding; g.paths > 0)
     text += fmt::format(
-        "  guiding {} of training: {} ({:.2f} predicted), {} ({:.2f} predicted){}{}\n", format_seconds(g.training_s),
+        "  guiding {} of training: {} ({:.2f} predicted), {} ({:.2f} predicted){}{}{}\n", format_seconds(g.training_s),
         g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not guided", g.predicted,
         g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not guided",
         g.predicted_lights,
+        g.environment_regions > 0 ? fmt::format(", the environment's directions in {} regions ({:.2f} predicted)",
+                                                g.environment_regions, g.predicted_environment)
+                                  : std::string(),
         g.volume_regions > 0 ? fmt::format(", scattering by {} regions", g.volume_regions) : std::string(),
         g.caustic_regions > 0 ? fmt::format(", caustics by {} regions ({:.0f} % of the light)", g.caustic_regions,
                                             100.0 * g.caustic_share)

@@ -51,6 +51,8 @@ nlohmann::ordered_json rays_json(const RayCounters& rays) {
 nlohmann::ordered_json guiding_json(const GuidingStatistics& g, Guiding mode) {
   return {{"mode", guiding_name(mode)},
           {"patches", g.patches},
+          {"environment_regions", g.environment_regions},
+          {"predicted_environment", g.predicted_environment},
           {"light_regions", g.light_regions},
           {"predicted", g.predicted},
           {"predicted_lights", g.predicted_lights},

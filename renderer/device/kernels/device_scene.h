@@ -26,6 +26,7 @@ struct DeviceScene {
   BrightPatches patches;
   LightSelectionTreeView light_probabilities;
   VolumeGuideView volumes;
+  EnvironmentGuideView to_environment;
   CausticGuideView caustics;
   LightPathStages light_paths; // if stages.light_paths is set
   PathStages stages;           // of the path tracer

@@ -220,8 +220,7 @@ float LightPaths::traced_ratio(const PathStages& stages, const SurfacePoint& sur
   const SeenSurface seen = SeenSurface::from_camera(stages, surface.position, joint.direction, hit, ray.time, scratch);
   GuidedBsdf guided(seen.surface.bsdf, seen.surface.layered ? &seen.surface.layers.bsdf : nullptr, seen.frame,
                     -joint.direction);
-  if (stages.patches) guided.guide_to(*stages.patches, seen.surface.position);
-  if (stages.caustics) guided.guide_to(*stages.caustics, seen.surface.position);
+  stages.guide(guided, seen.surface.position);
   // The density of a cosine lobe over that of the directions that the guide chooses.
   const V3f to_light = -ray.direction;
   const float cosine_over_density = std::abs(seen.frame.to_local(to_light).z) * kInvPi / guided.eval(to_light).pdf;

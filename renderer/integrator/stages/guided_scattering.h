@@ -7,6 +7,8 @@
 #include "renderer/bsdf/surface_bsdf.h"
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/caustic_guide.h"
+#include "renderer/guiding/environment_guide.h"
+#include "renderer/light/environment.h"
 
 #include <array>
 #include <bit>
@@ -41,16 +43,26 @@ class GuidedBsdf {
     guided_ = chances_.sum;
   }
 
-  // The same for the directions of caustics, after bright patches.
+  // The same for directions that follow the environment, after bright patches.
+  void guide_to(const EnvironmentGuideView& guide, const EnvironmentView& environment, const V3f& position) {
+    const float share = guide.find(position, frame_.normal);
+    if (!(share > 0.0f)) return;
+    if (!patches_) find_allowed();
+    if (!(allowed_ * share > kMinFraction)) return;
+    environment_ = &environment;
+    to_environment_ = share * (1.0f - guided_);
+    guided_ += to_environment_;
+  }
+
+  // The same for the directions of caustics, after all others.
   void guide_to(const CausticGuideView& caustics, const V3f& position) {
     const CausticGuideView::Region* const region = caustics.find(position);
     if (region == nullptr) return;
-    if (!patches_) find_allowed();
+    if (!is_guided()) find_allowed();
     if (!(allowed_ > kMinFraction)) return;
-    const float patches_sum = patches_ ? chances_.sum : 0.0f;
-    caustics.find_chances(*region, position, frame_.normal, kMaxCaustics * (1.0f - patches_sum), lobes_);
+    caustics.find_chances(*region, position, frame_.normal, kMaxCaustics * (1.0f - guided_), lobes_);
     if (!(allowed_ * lobes_.sum > kMinFraction)) return;
-    guided_ = patches_sum + lobes_.sum;
+    guided_ += lobes_.sum;
     has_lobes_ = true;
   }
 
@@ -124,24 +136,28 @@ class GuidedBsdf {
   // known.
   [[nodiscard]] float without_caustics(const Sample& sampled) const {
     if (!has_lobes_) return sampled.pdf;
-    const float density = patches_ ? patches_->density(chances_, position_, sampled.wi) : 0.0f;
     return sampled.bsdf_pdf - (guided_ - lobes_.sum) * replaceable(sampled.bsdf_pdf, sampled.cosine) +
-           allowed_ * density;
+           allowed_ * density_without_caustics(sampled.wi, sampled.cosine);
   }
 
  private:
   static constexpr float kNarrow = 0.1f;       // alpha below which the visible normals are not guided
   static constexpr float kWide = 0.3f;         // alpha above which they are guided like the cosine lobe
-  static constexpr float kMaxCaustics = 0.5f;  // of what patches leave
+  static constexpr float kMaxCaustics = 0.5f;  // of what other guides leave
   static constexpr float kMinFraction = 0.02f; // guided fraction below which guiding is not worth its time
 
   [[nodiscard]] float mixed(float bsdf_pdf, float cosine, const V3f& wi) const {
     assert(is_guided() && bsdf_pdf > 0.0f);
-    float density = patches_ ? patches_->density(chances_, position_, wi) : 0.0f;
+    float density = density_without_caustics(wi, cosine);
     if (has_lobes_) density += CausticGuideView::density(lobes_, wi);
     return bsdf_pdf - guided_ * replaceable(bsdf_pdf, cosine) + allowed_ * density;
   }
-  [[nodiscard]] bool is_guided() const { return patches_ != nullptr || has_lobes_; }
+  // Directions below the horizon do not follow the environment.
+  [[nodiscard]] float density_without_caustics(const V3f& wi, float cosine) const {
+    const float density = patches_ ? patches_->density(chances_, position_, wi) : 0.0f;
+    return environment_ && cosine > 0.0f ? density + to_environment_ * environment_->pdf(wi) : density;
+  }
+  [[nodiscard]] bool is_guided() const { return guided_ > 0.0f; }
   // Samples the guide; u_guide is in [0, guided_). The direction counts for the lobe that would
   // have found it.
   [[nodiscard]] std::optional<Sample> sample_guide(float u_guide, const V2f& u) const {
@@ -149,8 +165,11 @@ class GuidedBsdf {
     const float to_lobes = has_lobes_ ? lobes_.sum : 0.0f;
     if (u_guide < to_lobes)
       wi = CausticGuideView::sample(lobes_, u_guide / to_lobes, u);
+    else if (environment_ && u_guide < to_lobes + to_environment_)
+      wi = sample_environment(u);
     else if (patches_)
-      wi = patches_->sample(chances_, position_, std::min((u_guide - to_lobes) / chances_.sum, kOneMinusEpsilon), u);
+      wi = patches_->sample(chances_, position_,
+                            std::min((u_guide - to_lobes - to_environment_) / chances_.sum, kOneMinusEpsilon), u);
     if (!wi) return std::nullopt;
     const V3f local = frame_.to_local(*wi);
     const BsdfEval eval = bsdf_.eval(local);
@@ -158,6 +177,10 @@ class GuidedBsdf {
     const float pdf = mixed(eval.pdf, local.z, *wi);
     const float u_lobe = hash_to_unit(u);
     return Sample{*wi, eval.value * (1.0f / pdf), pdf, eval.pdf, local.z, lobe_of(local.z, u_lobe * eval.pdf)};
+  }
+  [[nodiscard]] std::optional<V3f> sample_environment(const V2f& u) const {
+    const V3f wi = environment_->sample(u).wi;
+    return wi.dot(frame_.normal) > 0.0f ? std::optional(wi) : std::nullopt;
   }
   [[nodiscard]] float cosine_density(float cosine) const {
     return (1.0f - bsdf_.cosine_begin()) * std::max(cosine, 0.0f) * kInvPi;
@@ -179,6 +202,8 @@ class GuidedBsdf {
   float allowed_ = 0.0f; // the same of all directions
   float guided_ = 0.0f;  // fraction of the allowed directions that the guide chooses
   bool has_lobes_ = false;
+  const EnvironmentView* environment_ = nullptr;
+  float to_environment_ = 0.0f; // fraction that follows it
   BrightPatches::Chances chances_;
   CausticGuideView::Chances lobes_;
 };

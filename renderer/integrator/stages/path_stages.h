@@ -110,6 +110,12 @@ struct PathStages {
            layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
            layers.anisotropy > 0.0f;
   }
+  // Mixes the guides of directions into the BSDF of a surface.
+  void guide(GuidedBsdf& bsdf, const V3f& position) const {
+    if (patches) bsdf.guide_to(*patches, position);
+    if (to_environment) bsdf.guide_to(*to_environment, world->lights.environment, position);
+    if (caustics) bsdf.guide_to(*caustics, position);
+  }
   // Returns the number of light samples of a path at the surface that it has reached.
   [[nodiscard]] uint32_t light_sample_count(const PathState& state) const {
     return state.bounce == 0 ? static_cast<uint32_t>(settings.direct_samples) : 1;
@@ -265,6 +271,7 @@ struct PathStages {
   const CameraView* camera = nullptr;
   const BrightPatches* patches = nullptr;                      // null: directions are not guided
   const LightSelectionTreeView* light_probabilities = nullptr; // null: not learned
+  const EnvironmentGuideView* to_environment = nullptr;        // null: no directions follow the environment
   const CausticGuideView* caustics = nullptr;                  // null: no directions of caustics are known
   const VolumeGuideView* volumes = nullptr;                    // null: scattering in media is not guided
   const LightPathView* light_paths = nullptr;                  // null: none are traced

@@ -102,8 +102,7 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   if (givers <= 1) return 0;
   const Frame frame = Frame::around(receiver.first.shading_normal);
   GuidedBsdf bsdf(receiver.first.bsdf, nullptr, frame, receiver.wo);
-  if (stages.patches) bsdf.guide_to(*stages.patches, receiver.first.position);
-  if (stages.caustics) bsdf.guide_to(*stages.caustics, receiver.first.position);
+  stages.guide(bsdf, receiver.first.position);
   uint32_t traced = 0;
   std::array<uint32_t, kEvalsTogether> places;
   std::array<float, kEvalsTogether> ratios;

@@ -78,8 +78,7 @@ template <typename Lights, typename Sink>
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
   const bool reflects = !state.emission_only;
-  if (patches) vertex.bsdf.guide_to(*patches, surface.position);
-  if (caustics) vertex.bsdf.guide_to(*caustics, surface.position);
+  guide(vertex.bsdf, surface.position);
   if (sink.records()) vertex.bsdf.find_allowed();
   ReusedPath* const reused = reused_path(sink, path, vertex, reflects);
   if (reused) {

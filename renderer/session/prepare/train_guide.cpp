@@ -33,6 +33,7 @@ TrainedGuide train_guide(const World& world, const Camera& camera, const RenderS
                                  .filter = settings.filter,
                                  .seed = settings.seed,
                                  .max_paths = training_paths(settings),
+                                 .samples = static_cast<uint32_t>(settings.planned()),
                                  .max_training_s = max_training_s(settings),
                                  .only_if_worthwhile = settings.guiding == Guiding::automatic,
                                  .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
