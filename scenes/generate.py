@@ -7,9 +7,9 @@ import sys
 
 sys.dont_write_bytecode = True  # a checkout stays as it is
 
-from generator import broken, cornell_box, gallery, instancing, interior, material_grid, paper, pool, tiny, white_furnace
+from generator import broken, cornell_box, gallery, glassware, instancing, interior, material_grid, paper, pool, tiny, white_furnace
 
-SCENES = [cornell_box, white_furnace, material_grid, interior, instancing, pool, gallery, paper, tiny, broken]
+SCENES = [cornell_box, white_furnace, material_grid, interior, instancing, pool, glassware, gallery, paper, tiny, broken]
 
 
 def main():
