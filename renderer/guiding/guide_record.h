@@ -36,7 +36,7 @@ struct GuideRecord {
   float base = 1.0f;     // of the BSDF alone
   float replaced = 0.0f; // of the lobes that the guide may replace
   float allowed = 0.0f;  // maximum probability of guided directions
-  // That of the environment, times `allowed`; at most `replaced` if a light sample finds the same
+  // Density of the environment, times `allowed`; at most `replaced` if light samples find the same
   // light, which a guide would not find more often then.
   float environment = 0.0f;
   float without_caustics = 1.0f; // of all but the directions of caustics; above 0

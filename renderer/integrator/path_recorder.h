@@ -67,8 +67,8 @@ class PathRecorder {
     float found_before = 0.0f; // luminance
   };
   // Completes the record of the reflection in flight, if there is one; or drops it, because there
-  // is no position that other paths could be guided to. `sampled`: light samples find light there or
-  // behind it, too.
+  // is no position that other paths could be guided to. `sampled`: light samples find light there
+  // or behind it, too.
   void arrive_at(size_t slot, const PathState& state, const V3f& hit, uint32_t hit_facing, uint8_t hit_kind,
                  bool sampled);
   void drop(size_t slot);

@@ -34,7 +34,7 @@ std::vector<GuideRecord> lamp_floor(int count, uint64_t seed) {
   Random random(seed);
   std::vector<GuideRecord> records;
   for (int i = 0; i < count; ++i) {
-    const V3f position(2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d());
+    const V3f position{2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d()};
     const bool lamp = position.x < 0.0f && random.next_1d() < 0.1f;
     records.push_back(record_at(position, lamp ? 25.0f : 1.0f, lamp ? 4.0f : 0.5f));
   }
@@ -56,8 +56,8 @@ TEST(EnvironmentGuide, LearnsTheShareWithTheLeastNoise) {
   double sum = 0.0;
   constexpr int kPoints = 400;
   for (int i = 0; i < kPoints; ++i) {
-    sum += static_cast<double>(guide.find(V3f(-random.next_1d(), 0, random.next_1d()), kUpwards));
-    EXPECT_EQ(guide.find(V3f(0.3f + 0.7f * random.next_1d(), 0, random.next_1d()), kUpwards), 0.0f);
+    sum += static_cast<double>(guide.find(V3f{-random.next_1d(), 0, random.next_1d()}, kUpwards));
+    EXPECT_EQ(guide.find(V3f{0.3f + 0.7f * random.next_1d(), 0, random.next_1d()}, kUpwards), 0.0f);
   }
   // Regions differ by the number of records with the lamp; the curve is flat around its minimum.
   EXPECT_LT(moment_on_the_left(sum / kPoints), 1.02 * moment_on_the_left(best));

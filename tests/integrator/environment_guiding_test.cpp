@@ -1,5 +1,4 @@
-// Bounces that follow the environment: densities, the mean with any guide, the noise with learned
-// ones.
+// Bounces that follow the environment: densities, means with any guide, noise with learned ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/guided_scattering.h"
 #include "tests/integrator/glass_bell.h"
@@ -173,11 +172,11 @@ TEST(EnvironmentGuiding, IsLeftOutWhereItDoesNotPay) {
     EXPECT_EQ(outcome.value().statistics.guiding.predicted_environment < 0.94, false);
     return outcome.value().statistics.guiding.environment_regions;
   };
-  Scene plain = ball_under_a_bell();
+  Scene plain = sphere_under_a_bell();
   plain.materials[1] = plain.materials[0];
   EXPECT_EQ(regions(*make_world(std::move(plain), accel::Kind::kdtree, sky_with_a_lamp(60.0f))), 0); // no glass
-  EXPECT_EQ(regions(*make_world(ball_under_a_bell(), accel::Kind::kdtree, nullptr)), 0);             // no sky
-  EXPECT_EQ(regions(*make_world(ball_under_a_bell(), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(1.0f)))),
+  EXPECT_EQ(regions(*make_world(sphere_under_a_bell(), accel::Kind::kdtree, nullptr)), 0);           // no sky
+  EXPECT_EQ(regions(*make_world(sphere_under_a_bell(), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(1.0f)))),
             0);
 }
 

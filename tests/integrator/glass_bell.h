@@ -1,4 +1,4 @@
-// A ball under a bell of glass, which light from a bright place of the sky reaches by refraction.
+// A sphere under a bell of glass, which light from a bright place of the sky reaches by refraction.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ inline Primitive hollow(const V3f& center, float radius, int slices, int materia
 }
 
 // The bell has two walls, 1 and 0.95 m around the origin; the floor below it is in the open.
-inline Scene ball_under_a_bell() {
+inline Scene sphere_under_a_bell() {
   return make_scene({diffuse_material(Rgb(0.7f, 0.6f, 0.5f)), glass_material(0.0f)},
                     {sphere(V3f(0.0f), 0.5f, 32, 0), sphere(V3f(0.0f), 1.0f, 32, 1), hollow(V3f(0.0f), 0.95f, 32, 1),
                      quad(V3f(-3, -1.2f, 3), V3f(6, 0, 0), V3f(0, 0, -6), 0)});
@@ -38,7 +38,7 @@ inline std::shared_ptr<const Environment> sky_with_a_lamp(float radiance) {
 }
 
 inline std::unique_ptr<const World> bell_world(accel::Kind kind = accel::Kind::kdtree) {
-  return make_world(ball_under_a_bell(), kind, sky_with_a_lamp(60.0f));
+  return make_world(sphere_under_a_bell(), kind, sky_with_a_lamp(60.0f));
 }
 
 // Sees the bell and some of the floor.

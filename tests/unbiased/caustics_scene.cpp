@@ -77,7 +77,7 @@ TestScene coats_and_prisms() {
 }
 
 TestScene glass_bell() {
-  TestScene test = seen_from_above(ball_under_a_bell(), 40);
+  TestScene test = seen_from_above(sphere_under_a_bell(), 40);
   test.whole.environment = sky_with_a_lamp(6.0f);
   return test;
 }

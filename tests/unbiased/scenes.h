@@ -64,7 +64,7 @@ inline void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.
 [[nodiscard]] TestScene layered_materials(); // coats, cloth, leaves, rough glass and thin walls before a sky and a lamp
 [[nodiscard]] TestScene caustics();          // glass and metal under a lamp, a sphere and a sun
 [[nodiscard]] TestScene coats_and_prisms();  // coats, glossy surfaces and dispersive glass under lamps
-[[nodiscard]] TestScene glass_bell();        // a ball in a bell of glass under a sky with a lamp
+[[nodiscard]] TestScene glass_bell();        // a sphere in a bell of glass under a sky with a lamp
 [[nodiscard]] TestScene moving_caustics();   // glass and metal that move and deform, before a moving camera
 [[nodiscard]] TestScene moving_lamps();      // lamps and a sun that move over glass and metal
 [[nodiscard]] TestScene cornell_box();
