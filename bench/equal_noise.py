@@ -8,8 +8,8 @@
     bench/equal_noise.py FOLDER --denoise --reference-spp 1024 --spp 4,16 --size 320x180 --clock cpu
 
 All get the same camera, environment, size, bounces and threads, and a box filter; none gets denoising, clamps or
-adaptive sampling. --peers installs the renderers from PyPI where they are missing (peers/README.md); --cycles takes an
-installed Blender. Seeds are the outermost loop, so that disturbances of the machine
+adaptive sampling. --peers installs the renderers from PyPI where they are missing (peers/README.md) and leaves them out of scenes
+that they cannot render; --cycles takes an installed Blender. Seeds are the outermost loop, so that disturbances of the machine
 affect all settings; times are medians. Only path tracing counts as time: not import, texture decoding,
 building or the start of a device. With --denoise both Kindling and Cycles denoise their images, in equal time (denoised_race.py).
 """
@@ -176,6 +176,12 @@ def race_denoised(jobs, kindling, options):
 def measure_scene(job, settings, options, kindling, blender, folder):
     """The figures of one scene, a row for each setting and count of samples, and its small images if a page wants them."""
     runs = {(setting.name, spp): [] for setting in settings for spp in options.spp}
+
+    def leave_out(name, reason):
+        print(f"{job.name}: {name}: left out: {reason}", file=sys.stderr)
+        for spp in options.spp:
+            runs.pop((name, spp), None)
+
     for seed in range(1, options.seeds + 1):
         if options.clock == "cpu":
             small = replace(job, size_px=(8, 8))
@@ -183,10 +189,18 @@ def measure_scene(job, settings, options, kindling, blender, folder):
                                                             options.common + setting.flags).cpu_s for setting in options.setting}
         for spp in options.spp:
             for setting in settings:
+                if (setting.name, spp) not in runs:
+                    continue
                 stem = folder / f"{job.name}.{setting.name}.{spp}.{seed}"
-                run = (peers.run(setting.name, job, spp, seed, stem) if setting.name in options.peers else
-                       renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
-                       renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
+                try:
+                    run = (peers.run(setting.name, job, spp, seed, stem) if setting.name in options.peers else
+                           renderers.run_cycles(blender, job, spp, seed, stem) if setting.name == CYCLES else
+                           renderers.run_kindling(kindling, job, spp, seed, stem, options.common + setting.flags))
+                except renderers.Failed as error:
+                    if setting.name not in options.peers:
+                        raise
+                    leave_out(setting.name, error)
+                    continue
                 if options.clock == "cpu":
                     run.path_tracing_s = run.path_tracing_cpu_s or max(run.cpu_s - setup_s[setting.name], 1e-3)
                 runs[setting.name, spp].append(run)
@@ -201,6 +215,10 @@ def measure_scene(job, settings, options, kindling, blender, folder):
         print(f"{job.name}: {reference_file} is {reference.width}x{reference.height}: not compared", file=sys.stderr)
         reference = None
     images = {key: [pixels.read_rgb(run.image) for run in group] for key, group in runs.items()}
+    for name in options.peers:
+        if not all(math.isfinite(value) for spp in options.spp for image in images.get((name, spp), []) for value in image.rgb):
+            leave_out(name, "its image has values that are not finite")
+    images = {key: group for key, group in images.items() if key in runs}
     # The scale of relative errors is the same for all settings.
     scale = reference or pixels.mean_image([p for (_, spp), group in images.items() if spp == options.spp[-1] for p in group])
     rows = [figures(job, name, spp, group, images[name, spp], scale, reference) for (name, spp), group in runs.items()]

@@ -47,9 +47,13 @@ class Run:
     denoise_s: float = 0.0  # of the filter, on the clock
 
 
+class Failed(SystemExit):
+    """A renderer has failed; ends the program with the message if nobody catches it."""
+
+
 def run_measured(command, log_path, environment=None):
     """Runs a program; its output goes to log_path. Returns ([(seconds since start, line)], wall seconds, peak MiB, CPU
-    seconds)."""
+    seconds). Raises Failed."""
     lines = []
     started = time.perf_counter()
     process = subprocess.Popen([str(part) for part in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -69,7 +73,7 @@ def run_measured(command, log_path, environment=None):
     reader.join()
     if process.returncode != 0:
         tail = "\n".join(line for _, line in lines[-15:])
-        sys.exit(f"exit code {process.returncode} from: {' '.join(map(str, command))}\n{tail}\n(whole log: {log_path})")
+        raise Failed(f"exit code {process.returncode} from: {' '.join(map(str, command))}\n{tail}\n(whole log: {log_path})")
     return lines, wall_s, usage.ru_maxrss / 1024.0, usage.ru_utime + usage.ru_stime
 
 

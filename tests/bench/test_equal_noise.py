@@ -5,6 +5,7 @@ test_equal_noise.py BENCH_FOLDER SCENES_FOLDER [kindling]
 """
 # SPDX-License-Identifier: Apache-2.0
 import array
+import io
 import json
 import random
 import re
@@ -15,6 +16,7 @@ import tempfile
 import unittest
 import xml.dom.minidom
 from pathlib import Path
+from unittest import mock
 
 BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
 PROGRAM = sys.argv[3] if len(sys.argv) > 3 else ""
@@ -22,6 +24,7 @@ sys.path.insert(0, str(BENCH))
 import equal_noise
 import image_files
 import pixels
+import renderers
 
 
 def constant(value, size=64):
@@ -166,6 +169,26 @@ class Program(unittest.TestCase):
         self.assertLess(max(rows["dim", 4]["mean_against_reference"]), -0.3)
         self.assertEqual(page.count("data:image/png;base64,"), 5)  # two settings, two counts, the reference
         self.assertEqual(len(re.findall("<svg", page)), 2)
+
+    def test_peers_are_left_out_of_scenes_that_they_cannot_render(self):
+        """Mitsuba fails on the second seed, LuxCore's image is not finite, Cycles has both."""
+        def render(name, job, spp, seed, stem):
+            if name == "mitsuba" and seed == 2:
+                raise renderers.Failed("requires EXT_unknown")
+            image = Path(f"{stem}.pfm")
+            values = [0.25 * seed] * 5 + [float("nan") if name == "luxcore" else 0.5]
+            image.write_bytes(b"PF\n1 2\n-1\n" + struct.pack("<6f", *values))
+            return renderers.Run(seed, image, 1.0, 1.0, 1.0, 10.0, 1.0, 1.0)
+
+        names = ["cycles", "mitsuba", "luxcore"]
+        job = renderers.Job(name="box", scene=SCENES / "cornell_box.glb", size_px=(1, 2), max_bounces=8)
+        options = equal_noise.parse_arguments([str(SCENES), "--peers", ",".join(names), "--seeds", "2"])
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(equal_noise.peers, "run", render), \
+                mock.patch("sys.stderr", new_callable=io.StringIO) as messages:
+            scene = equal_noise.measure_scene(job, [equal_noise.Setting(name, []) for name in names], options, None, None, Path(folder))
+        self.assertEqual([row["setting"] for row in scene["rows"]], ["cycles"])
+        self.assertIn("box: mitsuba: left out: requires EXT_unknown", messages.getvalue())
+        self.assertIn("box: luxcore: left out: its image has values that are not finite", messages.getvalue())
 
     def test_wrong_input(self):
         tiny = SCENES / "tiny" / "skin.gltf"

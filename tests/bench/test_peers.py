@@ -54,6 +54,54 @@ class ReadScene(unittest.TestCase):
         self.assertTrue(np.allclose(mesh.positions, [[5, 0, 0], [5, 0, -1], [5, 1, 0]], atol=1e-6))
         self.assertEqual(mesh.triangles.tolist(), [[2, 1, 0]])  # mirrored: turned over
 
+    def read_with(self, **fields):
+        """Reads a triangle with texture coordinates, in a node that is turned so that -z becomes +x."""
+        data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<12f", 0, 0, 1, 0, 0, 1, .5, .5, .5, .5, .5, .5)
+        half = 0.5 ** 0.5
+        gltf = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+                "nodes": [{"rotation": [0, -half, 0, half], "translation": [1, 2, 3], "mesh": 0}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2}, "material": 0}]}],
+                "materials": [{}], "images": [{"uri": "a.png"}], "textures": [{"source": 0}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                              {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
+                              {"bufferView": 1, "byteOffset": 24, "componentType": 5126, "count": 3, "type": "VEC2"}],
+                "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 48}],
+                "buffers": [{"byteLength": 84, "uri": "a.bin"}]} | fields
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "a.bin").write_bytes(data)
+            (Path(folder) / "a.gltf").write_text(json.dumps(gltf))
+            return gltf_scene.read_scene(Path(folder) / "a.gltf", folder)
+
+    def test_lights(self):
+        lights = [{"type": "spot", "intensity": 8, "color": [1, 0.5, 0.25], "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.4}},
+                  {"type": "directional"}]
+        nodes = [{"rotation": [0, -(0.5 ** 0.5), 0, 0.5 ** 0.5], "translation": [1, 2, 3], "scale": [2, 2, 2],
+                  "extensions": {"KHR_lights_punctual": {"light": 0}}},
+                 {"extensions": {"KHR_lights_punctual": {"light": 1}}}]
+        scene = self.read_with(nodes=nodes, scenes=[{"nodes": [0, 1]}], extensions={"KHR_lights_punctual": {"lights": lights}})
+        spot, sun = scene.lights
+        self.assertEqual((spot.kind, spot.inner_rad, spot.outer_rad), ("spot", 0.2, 0.4))
+        self.assertEqual(spot.intensity.tolist(), [8.0, 4.0, 2.0])
+        self.assertTrue(np.allclose(spot.position, [1, 2, 3]))
+        self.assertTrue(np.allclose(spot.direction, [1, 0, 0]))
+        self.assertEqual((sun.kind, sun.intensity.tolist()), ("directional", [1.0, 1.0, 1.0]))
+        self.assertTrue(np.allclose(sun.direction, [0, 0, -1]))
+
+    def test_moved_textures(self):
+        """Scaled, then turned by a right angle, then moved, as KHR_texture_transform has it; of the second set."""
+        moved = {"index": 0, "texCoord": 0, "extensions": {"KHR_texture_transform": {
+            "offset": [0.25, 0.5], "rotation": 0.5 * np.pi, "scale": [2, 3], "texCoord": 1}}}
+        mesh = self.read_with(materials=[{"pbrMetallicRoughness": {"baseColorTexture": moved}}]).meshes[0]
+        self.assertTrue(np.allclose(mesh.texcoords, [[0.25 + 1.5, 0.5 - 1.0]] * 3, atol=1e-6))
+        plain = self.read_with().meshes[0]
+        self.assertTrue(np.allclose(plain.texcoords, [[0, 0], [1, 0], [0, 1]]))
+
+    def test_textures_that_lie_apart_end_with_a_message(self):
+        materials = [{"name": "cloth", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+                      "normalTexture": {"index": 0, "texCoord": 1}}]
+        with self.assertRaisesRegex(SystemExit, "material cloth: its textures lie in 2 ways"):
+            self.read_with(materials=materials)
+
     def test_required_extensions_that_are_not_read_end_with_a_message(self):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "a.gltf"
