@@ -48,7 +48,7 @@ class Run:
 
 
 class Failed(SystemExit):
-    """A renderer has failed; ends the program with the message if nobody catches it."""
+    """A renderer has failed. Ends the program with the message where it is not caught."""
 
 
 def run_measured(command, log_path, environment=None):
