@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/thin_film.h"
 
+#include "renderer/base/lanes.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/fresnel.h"
-#include "renderer/sampling/warp.h"
+#include "renderer/sampling/sincos_turns.h"
 
-#include <bit>
-#include <cstdint>
+#include <array>
+#include <cstddef>
+#include <numbers>
 
 namespace kindling {
 
@@ -17,13 +20,16 @@ float clamped(float x, float low, float high) { return std::min(std::max(low, x)
 
 // Returns e^-x for x >= 0, relative error below 1e-6: 2^-n with integer n by bit operations, the
 // rest in [-1/2, 1/2] by a polynomial. Bitwise equal on every machine, unlike std::exp.
-float exp_of_minus(float x) {
-  const float y = std::min(125.0f, x * std::numbers::log2e_v<float>); // 125 for NaN
-  const float whole = std::nearbyint(y);
-  const float r = (whole - y) * std::numbers::ln2_v<float>;
-  const float p =
+template <typename Real>
+Real exp_of_minus(const Real& x) {
+  const Real exponent = x * std::numbers::log2e_v<float>;
+  const Real y = select(exponent < 125.0f, exponent, Real(125.0f)); // 125 for NaN
+  constexpr float kRounding = 12582912.0f;                          // 1.5 * 2^23: adding it rounds to an integer
+  const Real rounded = y + kRounding;
+  const Real r = ((rounded - kRounding) - y) * std::numbers::ln2_v<float>;
+  const Real p =
       1.0f + r * (1.0f + r * (1.0f / 2 + r * (1.0f / 6 + r * (1.0f / 24 + r * (1.0f / 120 + r * (1.0f / 720))))));
-  return p * std::bit_cast<float>(static_cast<uint32_t>(127 - static_cast<int32_t>(whole)) << 23);
+  return p * from_bits((127U + bits_of(kRounding) - bits_of(rounded)) << 23);
 }
 
 // One Gaussian of the observer fit in wave numbers: its Fourier transform is a damped cosine of the
@@ -40,23 +46,51 @@ constexpr Lobe observer_lobe(double value_times_root, double position, double va
   return {static_cast<float>(value_times_root / 1.0685e-7), static_cast<float>(position * 1e-9),
           static_cast<float>(variance * kTwoPiPerNm * kTwoPiPerNm)};
 }
-// val * sqrt(2 pi var), precomputed because the square root is not constexpr.
-constexpr Lobe kX = observer_lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09);
-constexpr Lobe kY = observer_lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09);
-constexpr Lobe kZ = observer_lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09);
-constexpr Lobe kX2 = observer_lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09);
+// X, Y, Z and the second of X: val * sqrt(2 pi var), precomputed because the square root is not
+// constexpr.
+constexpr std::array kLobes{
+    observer_lobe(9.04581417e-08, 1.6810e+06, 4.3278e+09), observer_lobe(1.06873709e-07, 1.7953e+06, 9.3046e+09),
+    observer_lobe(1.06969938e-07, 2.2084e+06, 6.6121e+09), observer_lobe(1.64408286e-08, 2.2399e+06, 4.5282e+09)};
+constexpr std::array<float, Lanes::kCount> lobes_in_lanes(float Lobe::*member) {
+  std::array<float, Lanes::kCount> lanes{}; // those without a lobe are not read
+  for (size_t i = 0; i < kLobes.size(); ++i) lanes[i] = kLobes[i].*member;
+  return lanes;
+}
+constexpr std::array kAmplitudes = lobes_in_lanes(&Lobe::amplitude), kTurns = lobes_in_lanes(&Lobe::turns_per_nm),
+                     kDampings = lobes_in_lanes(&Lobe::damping_per_nm2);
 
 // The cosine of the phase times the remaining amplitude, for the first two harmonics of the optical
 // path difference.
-struct Harmonics {
-  float first;
-  float second;
+template <typename Real>
+struct HarmonicsOf {
+  Real first;
+  Real second;
 };
-Harmonics harmonics(const Lobe& l, float opd_nm) {
-  const float c = sincos_turns(l.turns_per_nm * opd_nm).cos;
-  const float damping = exp_of_minus(l.damping_per_nm2 * opd_nm * opd_nm);
-  const float damping2 = damping * damping;
-  return {l.amplitude * damping * c, l.amplitude * damping2 * damping2 * (2.0f * c * c - 1.0f)};
+template <typename Real>
+HarmonicsOf<Real> harmonics(const Real& amplitude, const Real& turns_per_nm, const Real& damping_per_nm2,
+                            float opd_nm) {
+  const Real c = sincos_turns(turns_per_nm * opd_nm).cos;
+  const Real damping = exp_of_minus(damping_per_nm2 * opd_nm * opd_nm);
+  const Real damping2 = damping * damping;
+  return {amplitude * damping * c, amplitude * damping2 * damping2 * (2.0f * c * c - 1.0f)};
+}
+
+// Those of all lobes: together where there are lanes.
+HarmonicsOf<std::array<float, Lanes::kCount>> all_harmonics(float opd_nm) {
+  HarmonicsOf<std::array<float, Lanes::kCount>> all;
+  if constexpr (KINDLING_ON_GPU) {
+    for (size_t i = 0; i < kLobes.size(); ++i) {
+      const HarmonicsOf<float> one = harmonics(kAmplitudes[i], kTurns[i], kDampings[i], opd_nm);
+      all.first[i] = one.first;
+      all.second[i] = one.second;
+    }
+  } else {
+    const HarmonicsOf<Lanes> lanes =
+        harmonics(Lanes::load(kAmplitudes.data()), Lanes::load(kTurns.data()), Lanes::load(kDampings.data()), opd_nm);
+    lanes.first.store(all.first.data());
+    lanes.second.store(all.second.data());
+  }
+  return all;
 }
 
 Rgb xyz_to_rec709(const V3f& xyz) {
@@ -117,16 +151,13 @@ Rgb ThinFilm::film_fresnel(float cos_1) const {
   const float t121 = 1.0f - r12;
 
   const float opd_nm = 2.0f * film_ior_ * thickness_nm_ * cos_2;
-  const Harmonics x = harmonics(kX, opd_nm);
-  const Harmonics y = harmonics(kY, opd_nm);
-  const Harmonics z = harmonics(kZ, opd_nm);
-  const Harmonics x2 = harmonics(kX2, opd_nm);
+  const auto [lobe, lobe2] = all_harmonics(opd_nm); // of the first and of the second order
 
   // As in the extension, the phase of the base's red channel applies to X, green's to Y, blue's to
   // Z.
-  const V3f first(sign_.x * (x.first + x2.first), sign_.y * y.first, sign_.z * z.first);
+  const V3f first(sign_.x * (lobe[0] + lobe[3]), sign_.y * lobe[1], sign_.z * lobe[2]);
   const Rgb s1 = xyz_to_rec709(first);
-  const Rgb s2 = xyz_to_rec709({x.second + x2.second, y.second, z.second});
+  const Rgb s2 = xyz_to_rec709({lobe2[0] + lobe2[3], lobe2[1], lobe2[2]});
 
   Rgb result;
   for (int c = 0; c < 3; ++c) {
