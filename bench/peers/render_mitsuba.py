@@ -72,18 +72,12 @@ class Converter:
         if mesh.material.transmission > 0.0 and mesh.material.thickness > 0.0 and (medium := self.medium(mesh.material)):
             shape["interior"] = medium
         if mesh.material.emits():
-            shape["emitter"] = {"type": "area", "radiance": self.emission(mesh.material)}
+            shape["emitter"] = {"type": "area", "radiance": color(mesh.material.emission, mesh.material.emission_texture)}
         scene[f"mesh{number}"] = shape
         if mesh.material.emits() and not gltf_scene.is_closed(mesh):  # Mitsuba's emitters have one side
             back = self.folder / f"mesh{number}.back.ply"
             gltf_scene.write_ply(gltf_scene.back_of(mesh), back)
             scene[f"mesh{number}back"] = dict(shape, filename=str(back))
-
-    def emission(self, material):
-        if material.emission_texture is None:
-            return rgb(material.emission)
-        texels = linear(load_texels(material.emission_texture)[..., :3])
-        return bitmap(texels * np.array(material.emission, np.float32))
 
     def medium(self, material):
         if material.attenuation_distance == float("inf") or min(material.attenuation_color) >= 1.0:
@@ -118,18 +112,18 @@ class Converter:
 
     @staticmethod
     def opaque(material):
-        color = base_color(material)
+        base_color = color(material.base_color, material.base_color_texture)
         if material.specular == 0.0 and material.metallic == 0.0:
-            return {"type": "diffuse", "reflectance": color}
+            return {"type": "diffuse", "reflectance": base_color}
         roughness, metallic = material.roughness, material.metallic
         if material.metallic_roughness_texture is not None:
             texels = load_texels(material.metallic_roughness_texture)
             roughness, metallic = bitmap(texels[..., 1:2] * roughness), bitmap(texels[..., 2:3] * metallic)
         if metallic == 1.0 and not isinstance(roughness, dict):  # a metal alone: its exact model
             return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": max(roughness ** 2, MIN_ALPHA),
-                    "specular_reflectance": color}
+                    "specular_reflectance": base_color}
         reflectance = material.specular * ((material.ior - 1.0) / (material.ior + 1.0)) ** 2
-        return {"type": "principled", "base_color": color, "roughness": roughness, "metallic": metallic,
+        return {"type": "principled", "base_color": base_color, "roughness": roughness, "metallic": metallic,
                 "specular": min(reflectance / 0.08, 1.0)}
 
     @staticmethod
@@ -143,14 +137,14 @@ class Converter:
             kind = {"type": "roughdielectric", "distribution": "ggx", "alpha": bitmap(alpha) if alpha.ndim else float(alpha)}
             if np.max(roughness) <= MAX_SMOOTH:
                 kind = {"type": "dielectric"}
-        return kind | {"int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": base_color(material)}
+        return kind | {"int_ior": material.ior, "ext_ior": 1.0,
+                       "specular_transmittance": color(material.base_color, material.base_color_texture)}
 
 
-def base_color(material):
-    if material.base_color_texture is None:
-        return rgb(material.base_color)
-    texels = linear(load_texels(material.base_color_texture)[..., :3])
-    return bitmap(texels * np.array(material.base_color, np.float32))
+def color(factor, texture):
+    if texture is None:
+        return rgb(factor)
+    return bitmap(linear(load_texels(texture)[..., :3]) * np.array(factor, np.float32))
 
 
 def punctual(light):

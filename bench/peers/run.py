@@ -61,5 +61,5 @@ def call(name, job, stem):
         [install.python_of(name), "-B", FOLDER / f"render_{script}.py", job_path], Path(f"{stem}.log"), environment)
     results = [json.loads(line[len(RESULT):]) for _, line in lines if line.startswith(RESULT)]
     if len(results) != 1:
-        sys.exit(f"{name} reported no time; see {stem}.log")
+        raise renderers.Failed(f"{name} reported no time; see {stem}.log")
     return results[0], wall_s, peak_mb, cpu_s

@@ -124,8 +124,9 @@ class Training {
     return affordable < kMinTimedPaths ? 0 : std::min(affordable, settings_.max_paths);
   }
 
-  // Few paths meet the light of an environment behind glass. If there are both, these paths are
-  // guided to bright places of the environment everywhere. Returns null if that is in vain.
+  // Few paths meet the light of an environment behind glass. If the scene has both, traces paths
+  // that are guided to bright places of the environment everywhere, and returns what they learn.
+  // Null: no share of such directions is worthwhile, and the paths are forgotten.
   std::unique_ptr<const Guide> probe_environment(uint64_t paths, const Limits& limits) {
     const bool has_glass =
         std::any_of(world_.layer_materials.begin(), world_.layer_materials.end(),

@@ -148,38 +148,31 @@ TEST(DeviceRenders, Guiding) {
   expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
 }
 
+// The guide of the render must have some of these regions, or nothing is tested.
+void expect_same_guided(const World& world, Guiding guiding, uint64_t training_paths, const Camera& camera,
+                        int GuidingStatistics::*regions) {
+  RenderSettings settings = small_render(kSize, 8);
+  settings.guiding = guiding;
+  settings.training_paths = training_paths;
+  const Result<RenderOutcome> outcome = render(world, camera, settings, nullptr, nullptr);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_GT(outcome.value().statistics.guiding.*regions, 0) << "no guide, so nothing is tested";
+  expect_same_on_device(world, settings, camera);
+}
+
 TEST(DeviceRenders, GuidedScattering) {
   const auto world = make_world(wax_under_a_lamp(wax(0.2f, Rgb(0.8f, 0.5f, 0.4f))), accel::Kind::kdtree);
-  RenderSettings settings = small_render(kSize, 8);
-  settings.guiding = Guiding::automatic;
-  settings.training_paths = 20000;
-  const Result<RenderOutcome> outcome = render(*world, wax_camera(kSize), settings, nullptr, nullptr);
-  ASSERT_TRUE(outcome.ok());
-  EXPECT_GT(outcome.value().statistics.guiding.volume_regions, 0) << "no guide, so nothing is tested";
-  expect_same_on_device(*world, settings, wax_camera(kSize));
+  expect_same_guided(*world, Guiding::automatic, 20000, wax_camera(kSize), &GuidingStatistics::volume_regions);
 }
 
 TEST(DeviceRenders, GuidingToCaustics) {
-  const auto world = caster_world(false);
-  RenderSettings settings = small_render(kSize, 8);
-  settings.guiding = Guiding::on;
-  settings.training_paths = 20000;
   const Camera camera(SceneCamera{}, look_at(V3f(0, 1.5f, 6), V3f(0.0f)), kSize);
-  const Result<RenderOutcome> outcome = render(*world, camera, settings, nullptr, nullptr);
-  ASSERT_TRUE(outcome.ok());
-  EXPECT_GT(outcome.value().statistics.guiding.caustic_regions, 0) << "no guide, so nothing is tested";
-  expect_same_on_device(*world, settings, camera);
+  expect_same_guided(*caster_world(false), Guiding::on, 20000, camera, &GuidingStatistics::caustic_regions);
 }
 
 TEST(DeviceRenders, GuidingByTheEnvironment) {
-  const auto world = bell_world();
-  RenderSettings settings = small_render(kSize, 8);
-  settings.guiding = Guiding::automatic;
-  settings.training_paths = 60000;
-  const Result<RenderOutcome> outcome = render(*world, bell_camera(kSize), settings, nullptr, nullptr);
-  ASSERT_TRUE(outcome.ok());
-  EXPECT_GT(outcome.value().statistics.guiding.environment_regions, 0) << "no guide, so nothing is tested";
-  expect_same_on_device(*world, settings, bell_camera(kSize));
+  expect_same_guided(*bell_world(), Guiding::automatic, 60000, bell_camera(kSize),
+                     &GuidingStatistics::environment_regions);
 }
 
 TEST(DeviceRenders, WhittedTrees) {

@@ -1,9 +1,13 @@
-// The mean of an image that is rendered with a given guide.
+// Renders with given and learned guides: their means, noise and bits.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/hash.h"
 #include "renderer/guiding/guide.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/session/same_bits.h"
+
+#include <vector>
 
 namespace kindling::test {
 
@@ -14,6 +18,36 @@ inline RenderSettings trained_render(const V2i& size, uint32_t samples, Guiding 
   settings.training_paths = training_paths;
   settings.integrator.direct_samples = 1;
   return settings;
+}
+
+// Returns a number in [-1, 1), for arbitrary guides: another one for each i and salt.
+inline float arbitrary(uint32_t i, uint32_t salt) { return 2.0f * to_unit_float(hash_u32(i + (salt << 20))) - 1.0f; }
+
+// Returns the variance of an image's pixels, relative to the squares of their luminances in another
+// image, summed: bright places, which paths find by themselves, count little.
+inline double relative_variance(const Film& film, const Film& reference) {
+  const std::vector<float> variance = film.resolve(Aov::variance), beauty = reference.resolve(Aov::beauty);
+  double sum = 0.0;
+  for (size_t i = 0; i < variance.size(); ++i) {
+    const float mean = luminance(Rgb(beauty[3 * i], beauty[3 * i + 1], beauty[3 * i + 2]));
+    sum += static_cast<double>(variance[i]) / static_cast<double>(square(mean));
+  }
+  return sum;
+}
+
+// Renders with one thread and with three, expects the same bits, and returns the guide's
+// statistics.
+inline GuidingStatistics render_on_any_threads(const World& world, const Camera& camera, RenderSettings settings) {
+  settings.threads = 1;
+  const Result<RenderOutcome> alone = render(world, camera, settings, nullptr, nullptr);
+  settings.threads = 3;
+  const Result<RenderOutcome> together = render(world, camera, settings, nullptr, nullptr);
+  if (!alone.ok() || !together.ok()) {
+    ADD_FAILURE() << "a render failed";
+    return {};
+  }
+  expect_same_bits(together.value().film, alone.value().film, "three threads");
+  return alone.value().statistics.guiding;
 }
 
 // Renders all pixels of an image, with or without a guide.

@@ -61,7 +61,7 @@ std::string format_summary(const RenderReport& r) {
         g.patches > 0 ? fmt::format("directions to {} patches", g.patches) : "directions not guided", g.predicted,
         g.light_regions > 0 ? fmt::format("lights by {} regions", g.light_regions) : "lights not guided",
         g.predicted_lights,
-        g.environment_regions > 0 ? fmt::format(", the environment's directions in {} regions ({:.2f} predicted)",
+        g.environment_regions > 0 ? fmt::format(", the environment followed in {} regions ({:.2f} predicted)",
                                                 g.environment_regions, g.predicted_environment)
                                   : std::string(),
         g.volume_regions > 0 ? fmt::format(", scattering by {} regions", g.volume_regions) : std::string(),
