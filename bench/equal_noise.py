@@ -233,7 +233,7 @@ def figures(job, name, spp, runs, images, scale, reference):
     means = list(zip(*(image.mean() for image in images)))
     row = {
         "setting": name, "spp": spp,
-        "mpaths_per_s": job.paths(spp) / path_tracing_s / 1e6,
+        "mpaths_per_s": (runs[0].samples or job.paths(spp)) / path_tracing_s / 1e6,
         "path_tracing_s": path_tracing_s, "path_tracing_s_of_runs": [run.path_tracing_s for run in runs],
         "noise": pixels.rel_mse(noise), "noise_all_pixels": pixels.rel_mse(noise, dropped=0.0),
         "noise_x_s": pixels.rel_mse(noise) * path_tracing_s,

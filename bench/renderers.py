@@ -45,6 +45,7 @@ class Run:
     cpu_s: float  # user and system time of the whole process
     path_tracing_cpu_s: float | None = None  # CPU seconds of path tracing alone, where the renderer tells them
     denoise_s: float = 0.0  # of the filter, on the clock
+    samples: float | None = None  # of all pixels, where the renderer tells them: pixels may have different numbers
 
 
 class Failed(SystemExit):
@@ -99,7 +100,7 @@ def run_kindling(binary, job, spp, seed, stem, flags=()):
         stats = json.load(file)
     path_tracing_s = stats["phases"]["training"] + max(stats["phases"]["render"] - stats["device"]["start_s"], 1e-9)
     return Run(seed, image, path_tracing_s, stats["time_to_first_pixel_s"], wall_s, peak_mb, cpu_s,
-               denoise_s=stats["phases"]["denoise"])
+               denoise_s=stats["phases"]["denoise"], samples=stats["spp_mean"] * job.paths(1))
 
 
 def peer_job(job, spp, seed, image):

@@ -47,7 +47,7 @@ DeviceWave::DeviceWave(Device& device, const World& world, const WaveSetup& setu
       whole_blocks_(setup.path_reuse > 1), image_px_(setup.image_px), light_paths_(setup.light_paths),
       outside_(setup.outside), samples_(device, capacity_), surfaces_(device, with_surfaces ? capacity_ : 0),
       first_hits_(device, setup.aovs.needs_first_hit() ? capacity_ : 0), rays_(device, capacity_), losses_(device, 1) {
-  assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit);
+  assert(capacity_ >= kBlockSize * kBlockSize * SampleRates::kMaxAtLevel);
 }
 
 uint32_t DeviceWave::take(size_t number, const PixelRect& wanted, const SampleRange& samples,

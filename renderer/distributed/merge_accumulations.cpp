@@ -109,6 +109,7 @@ class Sum {
     whole_->work.light_paths = part.work.light_paths;
     whole_->work.direct_samples = part.work.direct_samples;
     whole_->work.path_reuse = part.work.path_reuse;
+    whole_->work.rate_rule = part.work.rate_rule;
     whole_->film.split_by_light_groups(part.film.light_groups());
     if (!is_adaptive(part)) return;
     whole_->adaptive.stop_at.assign(whole_->coverage.block_count(), std::numeric_limits<uint32_t>::max());
@@ -125,6 +126,8 @@ class Sum {
       return damaged(file, "has another number of light samples than the first part (--direct-samples auto)");
     if (part.work.path_reuse != whole_->work.path_reuse)
       return damaged(file, "shares paths between other numbers of pixels than the first part (--path-reuse auto)");
+    if (part.work.rate_rule != whole_->work.rate_rule)
+      return damaged(file, "divides samples among pixels by another rule than the first part (--sample-rates auto)");
     if (part.film.aovs().bits() != whole_->film.aovs().bits() ||
         part.film.trims_outliers() != whole_->film.trims_outliers() ||
         !same_rect(part.film.splat_area(), whole_->film.splat_area()) ||

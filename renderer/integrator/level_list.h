@@ -16,7 +16,7 @@ namespace kindling {
 class LevelList {
  public:
   // Most samples of a block at one level.
-  static constexpr uint32_t kMaxOfLevel = kBlockSize * kBlockSize * SampleRates::kMaxRate / SampleRates::kUnit;
+  static constexpr uint32_t kMaxOfLevel = kBlockSize * kBlockSize * SampleRates::kMaxAtLevel;
 
   // `rates` must outlive this and have the pixels of `block`.
   LevelList(const PixelRect& block, const SampleRates& rates, uint32_t first_level)

@@ -1,26 +1,35 @@
-// Sums of variances over windows of pixels, and the rates that follow.
+// Sums of variances over windows of pixels, and the numbers of samples that follow.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/allocate_samples.h"
 
 #include "renderer/sampling/sample_rates.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
 namespace kindling {
 namespace {
 
-constexpr double kMin = static_cast<double>(SampleRates::kMinRate) / SampleRates::kUnit;
-constexpr double kMax = static_cast<double>(SampleRates::kMaxRate) / SampleRates::kUnit;
 constexpr int kNear = 2; // radii of the windows
 constexpr int kFar = kAllocationMargin;
 
-constexpr double kPilot = SampleRates::kPilotLevels;
+// Of what even numbers cost, for equal times: the neighbors of noisy pixels have many samples, too,
+// and a sample where there is much noise costs more than its rays. Fitted to thirteen scenes.
+constexpr double kCostShare = 0.9;
+constexpr double kMaxRelativeVariance = SampleRates::kPilotLevels; // of samples of which all but one are black
 
-double rate_of(const GroupNoise& noise, const RateRule& rule) {
-  const double samples = rule.levels * rule.scale * std::sqrt(noise.relative_variance / noise.cost);
-  return std::clamp((samples - kPilot) / (rule.levels - kPilot), kMin, kMax);
+// Returns the logarithm of the power of two that is nearest to planned * scale * sqrt(v / c),
+// within the bounds.
+uint32_t log2_samples(const GroupNoise& noise, uint32_t planned, double scale) {
+  const double samples = static_cast<double>(planned) * scale;
+  const double squared = samples * samples * noise.relative_variance / noise.cost;
+  const uint32_t min = SampleRates::min_log2(planned), max = SampleRates::max_log2(planned);
+  if (!(squared > 1.0)) return min;
+  // The power of two x is the nearest of squares from x^2 / 2 to 2 x^2.
+  const int log2 = std::isinf(squared) ? static_cast<int>(max) : (std::ilogb(squared) + 1) / 2;
+  return std::clamp(static_cast<uint32_t>(log2), min, max);
 }
 
 // Sums over rectangles of a map (Crow 1984, "Summed-Area Tables for Texture Mapping").
@@ -62,32 +71,43 @@ class SummedArea {
 
 } // namespace
 
-std::string_view sample_rates_name(SampleRateKind kind) { return kind == SampleRateKind::even ? "even" : "noise"; }
+std::string_view sample_rates_name(SampleRateKind kind) {
+  constexpr std::array<std::string_view, 3> kNames{"even", "noise", "auto"};
+  return kNames[static_cast<size_t>(kind)];
+}
 
 std::optional<SampleRateKind> sample_rates_from_name(std::string_view name) {
-  for (const SampleRateKind kind : {SampleRateKind::even, SampleRateKind::noise})
+  for (const SampleRateKind kind : {SampleRateKind::even, SampleRateKind::noise, SampleRateKind::automatic})
     if (sample_rates_name(kind) == name) return kind;
   return std::nullopt;
 }
 
-RateRule rate_rule(std::span<const GroupNoise> groups, double levels, double min_gain) {
-  assert(levels > kPilot);
-  double wanted = 0.0, variance = 0.0, noise = 0.0;
+double relative_variance(double mean, double variance, double floor) {
+  const double squared = mean * mean + floor * floor;
+  return squared > 0.0 ? std::min(variance / squared, kMaxRelativeVariance) : 0.0;
+}
+
+double rate_scale(std::span<const GroupNoise> groups, uint32_t planned, double min_gain, double& predicted) {
+  assert(planned > SampleRates::kPilotLevels);
+  double cost = 0.0, variance = 0.0, noise = 0.0;
   for (const GroupNoise& group : groups) {
     assert(group.cost > 0.0);
-    wanted += group.cost;
+    cost += group.cost;
     variance += group.relative_variance;
     noise += std::sqrt(group.relative_variance * group.cost);
   }
-  // By Cauchy and Schwarz the best rates leave noise^2 / (variance * wanted) of the error.
-  if (!(variance * wanted > min_gain * noise * noise)) return {0.0, levels};
+  // By Cauchy and Schwarz the best numbers leave noise^2 / (variance * cost) of the error.
+  predicted = noise > 0.0 ? noise * noise / (variance * cost) : 1.0;
+  if (!(noise > 0.0 && predicted * min_gain < 1.0)) return 0.0;
+  const double wanted = kCostShare * cost * static_cast<double>(planned);
   const auto cost_at = [&](double scale) {
     double sum = 0.0;
-    for (const GroupNoise& group : groups) sum += rate_of(group, {scale, levels}) * group.cost;
+    for (const GroupNoise& group : groups)
+      sum += std::ldexp(group.cost, static_cast<int>(log2_samples(group, planned, scale)));
     return sum;
   };
-  // The cost grows with the scale.
-  double low = 0.0, high = wanted / noise;
+  // The cost grows with the scale, in steps.
+  double low = 0.0, high = cost / noise;
   for (int i = 0; i < 64 && cost_at(high) < wanted; ++i) {
     low = high;
     high *= 2.0;
@@ -97,27 +117,26 @@ RateRule rate_rule(std::span<const GroupNoise> groups, double levels, double min
     const double middle = 0.5 * (low + high);
     (cost_at(middle) < wanted ? low : high) = middle;
   }
-  return {high, levels};
+  return high;
 }
 
-std::vector<uint8_t> allocate_samples(const NoiseMap& noise, const V2i& corner, int width, int height,
+std::vector<uint8_t> allocate_samples(const NoiseMap& noise, const V2i& corner, int width, int height, uint32_t planned,
                                       const RateRule& rule) {
   assert(corner.x >= noise.corner.x && corner.y >= noise.corner.y);
   assert(corner.x + width <= noise.corner.x + noise.width && corner.y + height <= noise.corner.y + noise.height);
   assert(rule.scale > 0.0);
   const SummedArea sums(noise);
-  std::vector<uint8_t> rates;
-  rates.reserve(static_cast<size_t>(width) * static_cast<size_t>(height));
+  std::vector<uint8_t> numbers;
+  numbers.reserve(static_cast<size_t>(width) * static_cast<size_t>(height));
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const V2i at = corner - noise.corner + V2i(x, y);
       const double variance = std::sqrt(sums.mean_around(at, kNear) * sums.mean_around(at, kFar));
       const float cost =
           noise.cost[static_cast<size_t>(at.y) * static_cast<size_t>(noise.width) + static_cast<size_t>(at.x)];
-      const double rate = rate_of({variance, static_cast<double>(cost)}, rule);
-      rates.push_back(static_cast<uint8_t>(std::lround(rate * SampleRates::kUnit)));
+      numbers.push_back(static_cast<uint8_t>(log2_samples({variance, static_cast<double>(cost)}, planned, rule.scale)));
     }
-  return rates;
+  return numbers;
 }
 
 } // namespace kindling

@@ -39,17 +39,21 @@ enum class SamplerKind : uint8_t {
 // each 1-D draw. So do all later blocks of 2^k samples.
 class Sampler {
  public:
-  // `samples_per_pixel` is the planned maximum, on which `blue_noise` and `jittered` depend.
-  explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1)
+  // `samples_per_pixel` is the planned number, on which `blue_noise` and `jittered` depend. Some
+  // pixels may have up to 2^log2_more times as many: `blue_noise` then takes the samples of every
+  // pixel from a net of so many, and pixels that have fewer share less of their nets' order.
+  explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1,
+                   uint32_t log2_more = 0)
       : seed_(seed), kind_(kind),
-        log2_samples_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
+        log2_planned_(static_cast<uint32_t>(std::bit_width(std::max(samples_per_pixel, 1U) - 1))),
+        log2_samples_(std::min(log2_planned_ + log2_more, 32U)),
         log2_tile_(std::min(kMaxLog2Tile, (32U - log2_samples_) / 2)),
         strata_(kind == SamplerKind::jittered ? jittered::strata_for(samples_per_pixel) : jittered::Strata{}) {}
 
   [[nodiscard]] SamplerKind kind() const { return kind_; }
   [[nodiscard]] uint32_t seed() const { return seed_; }
   // Returns the planned number of samples, rounded up to a power of two.
-  [[nodiscard]] double samples_per_pixel() const { return static_cast<double>(uint64_t{1} << log2_samples_); }
+  [[nodiscard]] double samples_per_pixel() const { return static_cast<double>(uint64_t{1} << log2_planned_); }
   // Returns the address of a sample of a pixel.
   [[nodiscard]] SampleAddress address(const V2i& pixel, uint32_t sample_index) const {
     return address_in(points_of(pixel), sample_index);
@@ -87,6 +91,7 @@ class Sampler {
 
   uint32_t seed_;
   SamplerKind kind_;
+  uint32_t log2_planned_;
   uint32_t log2_samples_; // of a pixel in its tile's sequence, 0 to 32
   uint32_t log2_tile_;    // pixels on a side
   jittered::Strata strata_;

@@ -187,6 +187,12 @@ ParsedHeader parse(std::string_view text_of_json) {
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
   if (work.contains("direct_samples")) read_whole(work, "direct_samples", header.summary.work.direct_samples.emplace());
   if (work.contains("path_reuse")) read_whole(work, "path_reuse", header.summary.work.path_reuse.emplace());
+  if (work.contains("sample_rates")) {
+    constexpr double kMax = std::numeric_limits<double>::max();
+    const Json& rule = member(work, "sample_rates");
+    header.summary.work.rate_rule =
+        RateRule{number(rule, "scale", kMax, "a scale"), number(rule, "floor", kMax, "a luminance")};
+  }
   for (const Json& name : list(json, "aovs")) {
     const std::string aov_name = text_from_json(name, "aovs");
     const std::optional<Aov> aov = aov_from_name(aov_name);
@@ -278,6 +284,8 @@ std::string header_to_json(const AccumulationHeader& header) {
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
   if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;
   if (work.path_reuse) json["work"]["path_reuse"] = *work.path_reuse;
+  if (const auto& rule = work.rate_rule)
+    json["work"]["sample_rates"] = {{"scale", rule->scale}, {"floor", rule->floor}};
   json["aovs"] = Json::array();
   for (const AovInfo& info : kAovs)
     if (header.aovs.contains(info.aov)) json["aovs"].push_back(info.name);

@@ -127,18 +127,6 @@ Result<void> check_inputs(const RenderSettings& settings) {
   return {};
 }
 
-// What pixels with different numbers of samples cannot be combined with.
-Result<void> check_sample_rates(const RenderSettings& settings) {
-  if (settings.sample_rates == SampleRateKind::even) return {};
-  const auto not_with = [](const std::string& what) { return refuse("--sample-rates noise: not " + what); };
-  if (settings.integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(settings.integrator.kind)) + "; use path");
-  if (settings.adaptive.enabled()) return not_with("with --noise-threshold, which stops blocks of pixels");
-  if (settings.time_limit_s) return not_with("with a time limit; use --spp");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  return {};
-}
-
 // Only paths on the CPU know where their light comes from.
 Result<void> check_split_light(const RenderSettings& settings) {
   std::string wanted;
@@ -153,6 +141,17 @@ Result<void> check_split_light(const RenderSettings& settings) {
 }
 
 } // namespace
+
+Result<void> check_sample_rates(const RenderSettings& settings) {
+  if (settings.sample_rates != SampleRateKind::noise) return {};
+  const auto not_with = [](const std::string& what) { return refuse("--sample-rates noise: not " + what); };
+  if (settings.integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(settings.integrator.kind)) + "; use path");
+  if (settings.adaptive.enabled()) return not_with("with --noise-threshold, which stops blocks of pixels");
+  if (settings.time_limit_s) return not_with("with a time limit; use --spp");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  return {};
+}
 
 // Each pixel's light comes from all samples of the image.
 Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera) {
@@ -203,7 +202,7 @@ Result<void> check_path_reuse(const RenderSettings& settings, const Camera& came
   if (integrator.photons > 0.0f) return not_with("with --photons; use 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  if (settings.sample_rates != SampleRateKind::even) return not_with("with --sample-rates noise; use even");
+  if (settings.sample_rates == SampleRateKind::noise) return not_with("with --sample-rates noise; use even");
   if (integrator.max_diffuse_bounces < integrator.max_bounces || integrator.max_glossy_bounces < integrator.max_bounces)
     return not_with("with fewer diffuse or glossy bounces than --max-bounces " +
                     std::to_string(integrator.max_bounces));

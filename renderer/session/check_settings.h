@@ -18,6 +18,9 @@ namespace kindling {
 // Checks what light paths (IntegratorSettings::light_paths) do not work with.
 [[nodiscard]] Result<void> check_light_paths(const RenderSettings& settings, const Camera& camera);
 
+// Checks what SampleRateKind::noise does not work with.
+[[nodiscard]] Result<void> check_sample_rates(const RenderSettings& settings);
+
 // Checks what path reuse (IntegratorSettings::path_reuse) does not work with.
 [[nodiscard]] Result<void> check_path_reuse(const RenderSettings& settings, const Camera& camera);
 

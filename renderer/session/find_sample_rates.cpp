@@ -1,8 +1,9 @@
-// Chooses the blocks of a pilot, traces them sample by sample, and measures their noise.
+// Traces the blocks of a pilot sample by sample, and measures their noise.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/find_sample_rates.h"
 
 #include "renderer/base/standard_arithmetic.h"
+#include "renderer/integrator/pilots/sample_rate_pilot.h"
 #include "renderer/sampling/allocate_samples.h"
 #include "renderer/session/adaptive_sampling.h"
 #include "renderer/session/tile_scheduler.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cassert>
 #include <chrono>
 #include <memory>
 #include <vector>
@@ -24,12 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr uint32_t kSamples = SampleRates::kPilotLevels;
 constexpr size_t kBlockPixels = kBlockSize * kBlockSize;
-constexpr double kMaxRelativeVariance = kSamples; // of samples of which all but one are black
-constexpr double kFloorShare = 0.25;              // of the image's mean luminance: below, the absolute error counts
-constexpr double kCameraCost = 0.15;              // of a camera ray and its sample, in rays of bounces and shadows
 constexpr size_t kBlocksPerTask = 8;
-constexpr int kMaxSurveyed = 256; // blocks of the survey are this many, or one in kSurveyStride if that is more
-constexpr int kSurveyStride = 16;
 
 // Mean and variance of a pixel's pilot.
 struct PilotPixel {
@@ -39,7 +36,6 @@ struct PilotPixel {
 
 struct PilotBlock {
   PixelRect rect;
-  bool surveyed = false; // one of the blocks that stand for the image
   std::array<PilotPixel, kBlockPixels> pixels;
   double rays_per_sample = 0.0;
 };
@@ -88,37 +84,22 @@ bool inside(const PixelRect& outer, const PixelRect& inner) {
          inner.max.y <= outer.max.y;
 }
 
-// A stride through the blocks of an image whose rows are shifted, so that every part of the image
-// has its share.
-bool surveyed(const PixelRect& block, int stride) {
-  const V2i at(block.min.x / kBlockSize, block.min.y / kBlockSize);
-  return (at.x + 7 * at.y) % stride == 0;
-}
-
 class PilotRun {
  public:
   PilotRun(const RenderSettings& settings, const Integrator& integrator, RenderState& state)
       : integrator_(integrator), state_(state), size_px_(settings.size_px), area_(state.coverage.area()),
+        planned_(settings.planned()), rule_(*settings.rate_rule),
         contexts_([this] { return integrator_.make_context(); }) {
-    levels_ = std::max(settings.planned(), kSamples + 1);
-    min_gain_ = settings.min_rates_gain;
     const SampleRange wanted = settings.wanted_samples();
     // A film with splats also takes the light paths of its samples, which have no part in the noise
     // here.
     adds_ = wanted.first == 0 && wanted.end >= kSamples && !state.film.has_splats();
-    const PixelRect image{V2i(0, 0), size_px_};
     const PixelRect wide{
         V2i(std::max(area_.min.x - kAllocationMargin, 0), std::max(area_.min.y - kAllocationMargin, 0)),
         V2i(std::min(area_.max.x + kAllocationMargin, size_px_.x),
             std::min(area_.max.y + kAllocationMargin, size_px_.y))};
     around_ = AdaptiveSampling::whole_blocks(wide, size_px_);
-    const size_t all = count_blocks(image);
-    const int stride = std::clamp(static_cast<int>(all / kMaxSurveyed), 1, kSurveyStride);
-    for (size_t i = 0; i < all; ++i) {
-      const PixelRect rect = block_of(image, i);
-      const bool stands_for_others = surveyed(rect, stride);
-      if (stands_for_others || inside(around_, rect)) blocks_.push_back({.rect = rect, .surveyed = stands_for_others});
-    }
+    for (size_t i = 0; i < count_blocks(around_); ++i) blocks_.push_back({.rect = block_of(around_, i)});
   }
 
   // False if stopped.
@@ -149,33 +130,25 @@ class PilotRun {
     return complete;
   }
 
-  [[nodiscard]] std::optional<SampleRates> rates() const {
-    const double floor = kFloorShare * mean_luminance();
+  [[nodiscard]] SampleRates rates() const {
     NoiseMap noise{.corner = around_.min, .width = around_.width(), .height = around_.height()};
     noise.relative_variance.assign(static_cast<size_t>(around_.pixel_count()), 0);
     noise.cost.assign(noise.relative_variance.size(), 1.0f);
-    std::vector<GroupNoise> groups;
     for (const PilotBlock& block : blocks_) {
-      GroupNoise group{0.0, std::max(block.rays_per_sample - 1.0, 0.0) + kCameraCost};
-      const bool mapped = inside(around_, block.rect);
+      const auto cost = static_cast<float>(cost_of_sample(block.rays_per_sample));
       size_t i = 0;
       for (int y = block.rect.min.y; y < block.rect.max.y; ++y)
         for (int x = block.rect.min.x; x < block.rect.max.x; ++x, ++i) {
-          const double variance = relative_variance(block.pixels[i], floor);
-          group.relative_variance += variance;
-          if (!mapped) continue;
           const size_t at = static_cast<size_t>(y - around_.min.y) * static_cast<size_t>(around_.width()) +
                             static_cast<size_t>(x - around_.min.x);
-          noise.relative_variance[at] = static_cast<uint32_t>(variance / NoiseMap::kVarianceUnit);
-          noise.cost[at] = static_cast<float>(group.cost);
+          const PilotPixel& pixel = block.pixels[i];
+          noise.relative_variance[at] = static_cast<uint32_t>(
+              relative_variance(pixel.mean, pixel.variance, rule_.floor) / NoiseMap::kVarianceUnit);
+          noise.cost[at] = cost;
         }
-      group.relative_variance /= static_cast<double>(i);
-      if (block.surveyed) groups.push_back(group);
     }
-    const RateRule rule = rate_rule(groups, levels_, min_gain_);
-    if (rule.scale == 0.0) return std::nullopt;
-    return SampleRates(area_.min, area_.width(),
-                       allocate_samples(noise, area_.min, area_.width(), area_.height(), rule));
+    return {area_.min, area_.width(), planned_,
+            allocate_samples(noise, area_.min, area_.width(), area_.height(), planned_, rule_)};
   }
 
   [[nodiscard]] RayCounters rays() {
@@ -229,30 +202,13 @@ class PilotRun {
     return true;
   }
 
-  // The mean of the blocks that stand for the image.
-  [[nodiscard]] double mean_luminance() const {
-    double sum = 0.0, count = 0.0;
-    for (const PilotBlock& block : blocks_) {
-      if (!block.surveyed) continue;
-      const auto pixels = static_cast<size_t>(block.rect.pixel_count());
-      for (size_t i = 0; i < pixels; ++i) sum += std::max(block.pixels[i].mean, 0.0);
-      count += static_cast<double>(pixels);
-    }
-    return sum / std::max(count, 1.0);
-  }
-
-  [[nodiscard]] static double relative_variance(const PilotPixel& pixel, double floor) {
-    const double scale = pixel.mean * pixel.mean + floor * floor;
-    return scale > 0.0 ? std::min(pixel.variance / scale, kMaxRelativeVariance) : 0.0;
-  }
-
   const Integrator& integrator_;
   RenderState& state_;
   V2i size_px_;
   PixelRect area_;
-  PixelRect around_;    // whole blocks with the area and the neighbors of its pixels
-  uint32_t levels_ = 0; // planned
-  double min_gain_ = kMinRatesGain;
+  PixelRect around_; // whole blocks with the area and the neighbors of its pixels
+  uint32_t planned_; // levels
+  RateRule rule_;
   bool adds_ = false;
   std::vector<PilotBlock> blocks_;
   tbb::enumerable_thread_specific<std::unique_ptr<ThreadContext>> contexts_;
@@ -263,7 +219,8 @@ class PilotRun {
 
 Pilot trace_pilot(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
                   const std::function<bool()>& stopped, const std::function<void(double)>& on_done) {
-  if (settings.sample_rates == SampleRateKind::even || settings.wanted_samples().end <= kSamples) return {};
+  if (settings.sample_rates != SampleRateKind::noise || settings.wanted_samples().end <= kSamples) return {};
+  assert(settings.rate_rule && settings.rate_rule->scale > 0.0);
   PilotRun run(settings, integrator, state);
   Pilot pilot;
   if (run.trace(stopped, on_done)) pilot.rates = run.rates();

@@ -47,7 +47,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);
   settings.aovs = image.recorded_aovs();
-  if (settings.adaptive.enabled() || settings.sample_rates != SampleRateKind::even) settings.aovs.insert(Aov::samples);
+  if (settings.adaptive.enabled() || settings.sample_rates == SampleRateKind::noise) settings.aovs.insert(Aov::samples);
   return settings;
 }
 

@@ -129,7 +129,7 @@ struct ImageSettings {
   std::optional<uint32_t> spp;         // samples per pixel; the maximum with a noise threshold
   std::optional<uint32_t> planned_spp; // sample count the pattern is designed for; unset: spp
   AdaptiveSettings adaptive;
-  SampleRateKind sample_rates = SampleRateKind::even;
+  SampleRateKind sample_rates = SampleRateKind::automatic;
   std::optional<double> time_limit_s; // of the render phase
   uint32_t seed = 0;                  // below 2^31, so that image metadata can hold it
   SamplerKind sampler = SamplerKind::blue_noise;

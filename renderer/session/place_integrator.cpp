@@ -87,7 +87,8 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
 } // namespace
 
 Sampler make_sampler(const RenderSettings& settings) {
-  return Sampler(settings.seed, settings.sampler, settings.planned());
+  return Sampler(settings.seed, settings.sampler, settings.planned(),
+                 settings.sample_rates == SampleRateKind::noise ? SampleRates::kMaxLog2Ratio : 0);
 }
 
 Result<OpenedDevice> open_device(const World& world, const Camera& camera, const RenderSettings& settings, int threads,

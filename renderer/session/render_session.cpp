@@ -125,6 +125,8 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
     settings.chooses_path_reuse = false;
     if (Result<void> checked = check_path_reuse(settings, camera); !checked) return checked;
   }
+  if (settings.sample_rates != SampleRateKind::even && has_samples(state))
+    settings.rate_rule = state.work.rate_rule.value_or(RateRule{});
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
   if (state.film.light_groups() != light_groups)
     return Error{ErrorKind::usage, "resuming: the state has other light groups"};
@@ -140,15 +142,17 @@ void note_prepared(const PreparedPaths& prepared, const RenderSettings& before_p
   statistics.light_paths = prepared.light_paths;
   statistics.direct_samples = prepared.direct_samples;
   statistics.path_reuse = prepared.path_reuse;
+  statistics.sample_rates = prepared.sample_rates;
   if (leaves_light_paths_open(before_pilots)) work.light_paths = prepared.light_paths.fraction;
   if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.count;
   if (before_pilots.chooses_path_reuse) work.path_reuse = prepared.path_reuse.count;
+  if (before_pilots.sample_rates != SampleRateKind::even) work.rate_rule = prepared.sample_rates.rule;
 }
 
 // Takes the guide; the settings are those that were prepared.
 LearnedPaths learned_of(PreparedPaths& prepared, const RenderSettings& settings) {
   return {std::move(prepared.trained.guide), settings.integrator.light_paths, settings.integrator.direct_samples,
-          settings.integrator.path_reuse};
+          settings.integrator.path_reuse, settings.sample_rates == SampleRateKind::noise};
 }
 
 } // namespace
@@ -251,8 +255,10 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   integrator_settings.light_paths = learned.light_paths;
   integrator_settings.direct_samples = learned.direct_samples;
   integrator_settings.path_reuse = learned.path_reuse;
+  RenderSettings sampled = settings;
+  sampled.sample_rates = learned.sample_rates ? SampleRateKind::noise : SampleRateKind::even;
   const std::unique_ptr<Integrator> integrator =
-      make_integrator(integrator_settings, world, camera, make_sampler(settings), settings.filter, settings.aovs,
+      make_integrator(integrator_settings, world, camera, make_sampler(sampled), settings.filter, settings.aovs,
                       learned.guide.get(), {.names = settings.names.get()});
   const PixelRect block{pixel, pixel + V2i(1)};
   Film film(settings.size_px, block, AovSet{});

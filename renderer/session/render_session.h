@@ -13,6 +13,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/pilots/block_noise.h"
 #include "renderer/integrator/pilots/light_path_pilot.h"
+#include "renderer/integrator/pilots/sample_rate_pilot.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/allocate_samples.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -56,8 +57,12 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   // With SampleRateKind::noise samples_per_pixel and `samples` count levels (SampleRates), the
   // first of which are a pilot that each run traces. Not with adaptive sampling or a time limit.
+  // Where `noise` would gain little it is `even`, as is `automatic` with anything that it does not
+  // work with (prepare_paths()).
   SampleRateKind sample_rates = SampleRateKind::even;
-  double min_rates_gain = kMinRatesGain; // see rate_rule(); lower in tests alone
+  // The rule of the numbers of samples; unset: a pilot finds it. A scale of 0: `even`.
+  std::optional<RateRule> rate_rule;
+  double min_rates_gain = kMinRatesGain; // see rate_scale(); lower in tests alone
   // Limit on the render phase, training included. The render ends between blocks once every pixel
   // has a sample and this time is over; blocks may then differ by the samples of the passes in
   // work.
@@ -127,6 +132,7 @@ struct RenderStatistics {
   GuidingStatistics guiding;
   LightPathChoice light_paths;
   SampleChoice direct_samples, path_reuse;
+  RateChoice sample_rates;
   DeviceUse device;
 };
 
@@ -137,11 +143,12 @@ struct RenderOutcome {
   RenderWork work;             // of all runs
 };
 
-// The guide, light paths and light samples of all samples of a render.
+// The guide, light paths, light samples and sampler of all samples of a render.
 struct LearnedPaths {
   std::shared_ptr<const Guide> guide;     // null: none
   float light_paths = 0.0f;               // IntegratorSettings::light_paths
   int direct_samples = 1, path_reuse = 1; // likewise
+  bool sample_rates = false;              // whether pixels have different numbers of samples
 };
 
 // Saving, previews, and the state to resume from.

@@ -4,6 +4,7 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/sampling/allocate_samples.h"
 #include "renderer/session/adaptive_sampling.h"
 #include "renderer/session/coverage.h"
 
@@ -25,6 +26,8 @@ struct RenderWork {
   std::optional<float> light_paths;
   // IntegratorSettings::direct_samples and path_reuse, likewise.
   std::optional<int> direct_samples, path_reuse;
+  // The rule of sample rates, if a pilot looked for one, likewise; a scale of 0: there are none.
+  std::optional<RateRule> rate_rule;
 };
 
 struct RenderState {

@@ -98,7 +98,7 @@ TEST(PhotonsOnDevices, CropsSampleRangesAndAdaptiveSampling) {
   expect_same_with_photons(*world, adaptive);
 }
 
-// A pixel takes up to four samples for each level, whose map they share.
+// A pixel takes up to eight samples for each level, whose map they share.
 TEST(PhotonsOnDevices, SampleRates) {
   RenderSettings settings = with_photons(40);
   settings.sample_rates = SampleRateKind::noise;

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/pilots/light_path_pilot.h"
 #include "renderer/session/find_sample_rates.h"
+#include "renderer/session/place_integrator.h"
 #include "renderer/session/prepare/train_guide.h"
 
 #include <gtest/gtest.h>
@@ -17,6 +18,18 @@ std::optional<SampleRates> rates_of(const RenderSettings& settings, const Integr
   return trace_pilot(
              settings, integrator, dropped, [] { return false; }, [](double) {})
       .rates;
+}
+
+// Finds the rule for an image that would be too small for a pilot.
+void find_rate_rule(const World& world, const Camera& camera, const Guide* guide, RenderSettings& settings) {
+  settings.rate_rule = choose_sample_rates(world, camera,
+                                           {.integrator = settings.integrator,
+                                            .filter = settings.filter,
+                                            .guide = guide,
+                                            .seed = settings.seed,
+                                            .paths = 4096},
+                                           settings.samples_per_pixel, settings.min_rates_gain, {})
+                           .rule;
 }
 
 // A pilot for an image that would be too small for one.
@@ -41,14 +54,14 @@ Images render_images(const World& world, const Camera& camera, RenderSettings se
   for (settings.seed = first_seed; settings.seed < first_seed + seeds; ++settings.seed) {
     if (settings.chooses_light_paths)
       settings.integrator.light_paths = choose_light_path_fraction(world, camera, pilot_of(settings), {}).fraction;
-    const Sampler sampler(settings.seed, settings.sampler, settings.samples_per_pixel);
-    const auto integrator =
-        make_integrator(settings.integrator, world, camera, sampler, settings.filter, settings.aovs, guide);
+    if (settings.sample_rates == SampleRateKind::noise) find_rate_rule(world, camera, guide, settings);
+    const auto integrator = make_integrator(settings.integrator, world, camera, make_sampler(settings), settings.filter,
+                                            settings.aovs, guide);
     const auto context = integrator->make_context();
     Film film(camera.size_px(), whole, settings.aovs);
     if (settings.integrator.light_paths > 0.0f) film.enable_splats();
     const std::optional<SampleRates> rates =
-        settings.sample_rates == SampleRateKind::even ? std::nullopt : rates_of(settings, *integrator);
+        settings.rate_rule && settings.rate_rule->scale > 0.0 ? rates_of(settings, *integrator) : std::nullopt;
     for (int y = 0; y < whole.max.y; y += kBlockSize)
       for (int x = 0; x < whole.max.x; x += kBlockSize)
         render_block({.block = {V2i(x, y), V2i(x, y) + V2i(kBlockSize)},

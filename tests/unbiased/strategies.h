@@ -74,7 +74,7 @@ inline constexpr std::array kStrategies{
                s.sample_rates = SampleRateKind::noise;
                s.min_rates_gain = 1.0;
              },
-             accel::Kind::kdtree, false, 56},
+             accel::Kind::kdtree, false, 72},
     Strategy{"all together",
              [](RenderSettings& s) {
                s.sampler = SamplerKind::blue_noise;

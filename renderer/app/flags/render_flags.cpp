@@ -107,14 +107,14 @@ void add_sampling_flags(FlagSet& flags, RenderOptions& o) {
   flags.value("--min-spp", "N", min_spp, [&o](auto text) {
     return store(parse_integer(text, 16, kUnlimitedSamplesPerPixel), o.adaptive.min_samples_per_pixel);
   });
-  flags.value(
-      "--sample-rates", "even|noise",
-      fmt::format("Samples of pixels: the same for all, or more where a pilot finds more noise, in the time of "
-                  "--spp for all [{}]",
-                  sample_rates_name(o.sample_rates)),
-      [&o](auto text) {
-        return choose(sample_rates_from_name(text), o.sample_rates, "kind of sample rates", text, {"even", "noise"});
-      });
+  flags.value("--sample-rates", "auto|even|noise",
+              fmt::format("Samples of pixels: the same for all, or more where a pilot finds more noise, in the time of "
+                          "--spp for all; auto: where that pays off [{}]",
+                          sample_rates_name(o.sample_rates)),
+              [&o](auto text) {
+                return choose(sample_rates_from_name(text), o.sample_rates, "kind of sample rates", text,
+                              {"auto", "even", "noise"});
+              });
   flags.value("--time-limit", "TIME",
               "Render for this time, in seconds or as in 90s, 5m, 1h30m; at most a tenth of it trains a guide [none]",
               [&o](auto text) { return store(parse_duration(text), o.time_limit_s); });

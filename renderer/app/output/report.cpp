@@ -31,6 +31,36 @@ std::string describe_motion(const MotionStatistics& motion) {
       is_one(motion.deforming_mesh_count) ? "s" : "", motion.max_keys, format_bytes(motion.key_bytes));
 }
 
+namespace {
+
+// What pilots have chosen, a line for each that there was.
+std::string pilot_lines(const RenderStatistics& s, double mean_spp) {
+  std::string text;
+  if (const LightPathChoice& l = s.light_paths; l.camera_paths > 0)
+    text += fmt::format("  lights  {} of pilot: {} ({:.2f} predicted)\n", format_seconds(l.pilot_s),
+                        l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
+                                          : std::string("no light paths"),
+                        l.predicted);
+  if (const SampleChoice& d = s.direct_samples; d.paths > 0)
+    text += fmt::format("  direct  {} of pilot: {} light sample{} at the first surface ({:.2f} predicted)\n",
+                        format_seconds(d.pilot_s), d.count, d.count == 1 ? "" : "s", d.predicted);
+  if (const SampleChoice& p = s.path_reuse; p.paths > 0)
+    text += fmt::format("  reuse   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(p.pilot_s),
+                        p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
+                                    : std::string("no paths are shared between pixels"),
+                        p.predicted);
+  if (const RateChoice& c = s.sample_rates; c.paths > 0)
+    text +=
+        fmt::format("  rates   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(c.pilot_s),
+                    c.rule.scale > 0.0
+                        ? fmt::format("pixels have {:.1f} samples on average, more where there is more noise", mean_spp)
+                        : std::string("all pixels have the same samples"),
+                    c.predicted);
+  return text;
+}
+
+} // namespace
+
 std::string format_summary(const RenderReport& r) {
   const RenderStatistics& s = r.statistics;
   const PhaseTimes& t = r.times;
@@ -68,19 +98,7 @@ std::string format_summary(const RenderReport& r) {
         g.caustic_regions > 0 ? fmt::format(", caustics by {} regions ({:.0f} % of the light)", g.caustic_regions,
                                             100.0 * g.caustic_share)
                               : std::string());
-  if (const LightPathChoice& l = s.light_paths; l.camera_paths > 0)
-    text += fmt::format("  lights  {} of pilot: {} ({:.2f} predicted)\n", format_seconds(l.pilot_s),
-                        l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
-                                          : std::string("no light paths"),
-                        l.predicted);
-  if (const SampleChoice& d = s.direct_samples; d.paths > 0)
-    text += fmt::format("  direct  {} of pilot: {} light sample{} at the first surface ({:.2f} predicted)\n",
-                        format_seconds(d.pilot_s), d.count, d.count == 1 ? "" : "s", d.predicted);
-  if (const SampleChoice& p = s.path_reuse; p.paths > 0)
-    text += fmt::format("  reuse   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(p.pilot_s),
-                        p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
-                                    : std::string("no paths are shared between pixels"),
-                        p.predicted);
+  text += pilot_lines(s, r.mean_spp);
   text += fmt::format("  start   first ray after {}, every pixel after {}\n", format_seconds(t.before_render_s),
                       format_seconds(r.time_to_first_pixel_s()));
   text += fmt::format("  rays    {}: camera {}, bounce {}, shadow {}{}; {}\n", count(s.rays.total()),

@@ -40,6 +40,13 @@ nlohmann::ordered_json choice_json(std::string_view of, const SampleChoice& c) {
   return {{of, c.count}, {"predicted", c.predicted}, {"pilot_paths", c.paths}, {"pilot_rays", c.rays.total()}};
 }
 
+nlohmann::ordered_json sample_rates_json(const RateChoice& c) {
+  return {{"kind", sample_rates_name(c.rule.scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even)},
+          {"predicted", c.predicted},
+          {"pilot_paths", c.paths},
+          {"pilot_rays", c.rays.total()}};
+}
+
 nlohmann::ordered_json rays_json(const RayCounters& rays) {
   return {{"camera", rays.camera},
           {"bounce", rays.bounce},
@@ -95,23 +102,24 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;
   json["warnings"] = r.warnings;
-  json["phases"] = {{"load", r.times.load_s},
-                    {"files", r.times.import.files.wall_s},
-                    {"meshes", r.times.import.meshes.wall_s},
-                    {"tangents", r.times.import.tangents.wall_s},
-                    {"textures", r.times.import.textures.wall_s},
-                    {"environment", r.times.environment.image.wall_s},
-                    {"distribution", r.times.environment.distribution.wall_s},
-                    {"build", r.times.build_s},
-                    {"levels", r.world.times.textures.wall_s},
-                    {"geometry", r.world.times.geometry.wall_s},
-                    {"lights", r.world.times.lights.wall_s},
-                    {"accelerator", r.world.times.accelerator.wall_s},
-                    {"pilot", s.light_paths.pilot_s + s.path_reuse.pilot_s + s.direct_samples.pilot_s},
-                    {"training", s.guiding.training_s},
-                    {"render", r.times.render_s},
-                    {"denoise", r.times.denoise_s},
-                    {"write", r.times.write_s}};
+  json["phases"] = {
+      {"load", r.times.load_s},
+      {"files", r.times.import.files.wall_s},
+      {"meshes", r.times.import.meshes.wall_s},
+      {"tangents", r.times.import.tangents.wall_s},
+      {"textures", r.times.import.textures.wall_s},
+      {"environment", r.times.environment.image.wall_s},
+      {"distribution", r.times.environment.distribution.wall_s},
+      {"build", r.times.build_s},
+      {"levels", r.world.times.textures.wall_s},
+      {"geometry", r.world.times.geometry.wall_s},
+      {"lights", r.world.times.lights.wall_s},
+      {"accelerator", r.world.times.accelerator.wall_s},
+      {"pilot", s.light_paths.pilot_s + s.path_reuse.pilot_s + s.direct_samples.pilot_s + s.sample_rates.pilot_s},
+      {"training", s.guiding.training_s},
+      {"render", r.times.render_s},
+      {"denoise", r.times.denoise_s},
+      {"write", r.times.write_s}};
   json["total_s"] = r.times.total_s;
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
@@ -120,6 +128,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["light_paths"] = light_paths_json(s.light_paths);
   json["direct_samples"] = choice_json("samples", s.direct_samples);
   json["path_reuse"] = choice_json("pixels", s.path_reuse);
+  json["sample_rates"] = sample_rates_json(s.sample_rates);
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;
   json["worker_idle_s"] = s.worker_idle_s;

@@ -4,10 +4,12 @@
 
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/integrator/pilots/path_reuse_pilot.h"
+#include "renderer/sampling/sample_rates.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/choose_light_paths.h"
 #include "renderer/session/prepare/train_guide.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kindling {
@@ -20,6 +22,27 @@ SamplePilotSettings pilot_of(const RenderSettings& settings, const Guide* guide)
           .guide = guide,
           .seed = settings.seed,
           .paths = pilot_paths(settings) / 2};
+}
+
+// Returns whether `automatic` looks for sample rates: not with anything that they do not work with,
+// or that traces the same light in another way, and not for a render that is short for a pilot.
+bool may_have_rates(RenderSettings settings) {
+  constexpr uint64_t kMinSamples = 1U << 20;
+  constexpr uint32_t kMinPlanned = 4 * SampleRates::kPilotLevels;
+  const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
+  settings.sample_rates = SampleRateKind::noise;
+  const IntegratorSettings& integrator = settings.integrator;
+  return check_sample_rates(settings).ok() && settings.planned() >= kMinPlanned &&
+         pixels * settings.planned() >= kMinSamples && integrator.path_reuse == 1 && integrator.light_paths == 0.0f &&
+         integrator.photons == 0.0f;
+}
+
+// Returns the number of paths of the pilot for sample rates: a 64th of the samples of a render for
+// which `automatic` asks for them, or less.
+uint64_t rate_pilot_paths(const RenderSettings& settings) {
+  constexpr uint64_t kMinPaths = 1U << 14, kMaxPaths = 1U << 16, kSamplesPerPath = 128;
+  const uint64_t pixels = static_cast<uint64_t>(settings.size_px.x) * static_cast<uint64_t>(settings.size_px.y);
+  return std::clamp(pixels * settings.planned() / kSamplesPerPath, kMinPaths, kMaxPaths);
 }
 
 // Chooses light samples for the whole image, as a guide is trained for it: crop, samples, threads
@@ -48,6 +71,24 @@ SampleChoice prepare_path_reuse(const World& world, const Camera& camera, Render
   return choice;
 }
 
+// Chooses sample rates once the other choices are made.
+RateChoice prepare_sample_rates(const World& world, const Camera& camera, RenderSettings& settings, const Guide* guide,
+                                const std::function<bool()>& stopped) {
+  RateChoice choice;
+  if (settings.rate_rule) {
+    choice.rule = *settings.rate_rule;
+  } else if (settings.planned() > SampleRates::kPilotLevels &&
+             (settings.sample_rates == SampleRateKind::noise ||
+              (settings.sample_rates == SampleRateKind::automatic && may_have_rates(settings)))) {
+    SamplePilotSettings pilot = pilot_of(settings, guide);
+    pilot.paths = rate_pilot_paths(settings);
+    choice = choose_sample_rates(world, camera, pilot, settings.planned(), settings.min_rates_gain, stopped);
+  }
+  settings.sample_rates = choice.rule.scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even;
+  settings.rate_rule = choice.rule;
+  return choice;
+}
+
 } // namespace
 
 PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
@@ -70,6 +111,7 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
   }
   prepared.path_reuse = prepare_path_reuse(world, camera, settings, prepared.trained.guide.get(), stopped);
   prepared.direct_samples = prepare_direct_samples(world, camera, settings, prepared.trained.guide.get(), stopped);
+  prepared.sample_rates = prepare_sample_rates(world, camera, settings, prepared.trained.guide.get(), stopped);
   return prepared;
 }
 
