@@ -84,7 +84,9 @@ std::optional<SampleRateKind> sample_rates_from_name(std::string_view name) {
 
 double relative_variance(double mean, double variance, double floor) {
   const double squared = mean * mean + floor * floor;
-  return squared > 0.0 ? std::min(variance / squared, kMaxRelativeVariance) : 0.0;
+  if (!(squared > 0.0)) return 0.0;
+  const double relative = variance / squared;
+  return relative < kMaxRelativeVariance ? relative : kMaxRelativeVariance; // also if sums have overflowed
 }
 
 double rate_scale(std::span<const GroupNoise> groups, uint32_t planned, double min_gain, double& predicted) {

@@ -21,7 +21,8 @@ struct Pilot {
 // belongs to the state, which wants and lacks them, they are added to it; elsewhere they are
 // dropped. The numbers of samples follow settings.rate_rule; they are a function of the image, its
 // samples and the seed, not of the part of it that is rendered. `integrator` must be a path tracer.
-// `stopped` is called between blocks; `on_done` gets the samples per pixel so far, from any thread.
+// `stopped` is called between blocks; `on_done` gets the samples per pixel so far, from any
+// thread: 1 once, when every pixel has its first.
 [[nodiscard]] Pilot trace_pilot(const RenderSettings& settings, const Integrator& integrator, RenderState& state,
                                 const std::function<bool()>& stopped, const std::function<void(double)>& on_done);
 

@@ -85,12 +85,16 @@ Pilot pilot_of(const RenderSettings& settings, const Integrator& integrator, Ren
   Pilot pilot;
   if (all_done(settings, state.coverage)) return pilot;
   const bool fresh = min_samples(settings, state.coverage) == 0;
+  double first_pass_s = 0.0; // set by the thread that finishes the first sample of all pixels
   run_on(threads, [&] {
     pilot = trace_pilot(settings, integrator, state, stops.at_once, [&](double samples) {
-      if (fresh) progress.tile_done(samples, 0.0, 0);
+      if (!fresh) return;
+      if (samples != 1.0) return progress.tile_done(samples, 0.0, 0);
+      first_pass_s = seconds_since(start);
+      progress.pass_done(samples, 0.0, 0);
     });
   });
-  if (pilot.rates && fresh) pilot.first_pass_s = seconds_since(start);
+  pilot.first_pass_s = first_pass_s;
   state.work.rays.add(pilot.rays);
   return pilot;
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -140,6 +141,7 @@ TEST(RelativeVariance, CountsDarkPixelsByTheFloor) {
   EXPECT_EQ(relative_variance(0.0, 1.0, 2.0), 0.25);
   EXPECT_EQ(relative_variance(0.0, 0.0, 0.0), 0.0);
   EXPECT_EQ(relative_variance(0.25, 1.0, 0.0), 4.0); // at most that of one bright sample of four
+  EXPECT_EQ(relative_variance(1e30, std::numeric_limits<double>::quiet_NaN(), 0.0), 4.0);
 }
 
 NoiseMap random_map(const V2i& corner, int width, int height, uint32_t seed) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <string_view>
 
 namespace kindling::test {
 namespace {
@@ -206,6 +207,29 @@ TEST(SampleRatesRender, StopsInThePilot) {
   ASSERT_TRUE(outcome.ok());
   EXPECT_TRUE(outcome.value().interrupted);
   EXPECT_EQ(outcome.value().film.total_samples(), 0U);
+}
+
+// Stops once every pixel has a sample. The second sample of the pilot may have begun.
+TEST(SampleRatesRender, HasAnImageOnceEveryPixelHasASample) {
+  struct Listener : ProgressListener {
+    CancelToken token;
+    void on_progress(const ProgressSnapshot& snapshot) override {
+      if (snapshot.samples_per_pixel >= 1.0) token.cancel_now();
+    }
+    void on_warning(std::string_view /*message*/) override {}
+    void on_info(std::string_view /*message*/) override {}
+  } listener;
+  const auto world = partly_noisy_world(accel::Kind::kdtree);
+  RenderSettings settings = rates_settings(64);
+  settings.threads = 2;
+  const Result<RenderOutcome> outcome = render(*world, front(), settings, &listener.token, &listener);
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_TRUE(outcome.value().interrupted);
+  EXPECT_GT(outcome.value().statistics.first_pass_s, 0.0);
+  for (const float samples : outcome.value().film.resolve(Aov::samples)) {
+    EXPECT_GE(samples, 1.0f);
+    EXPECT_LE(samples, 4.0f);
+  }
 }
 
 TEST(SampleRatesRender, RefusesOtherKindsOfSampling) {
