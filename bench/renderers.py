@@ -45,7 +45,7 @@ class Run:
     cpu_s: float  # user and system time of the whole process
     path_tracing_cpu_s: float | None = None  # CPU seconds of path tracing alone, where the renderer tells them
     denoise_s: float = 0.0  # of the filter, on the clock
-    samples: float | None = None  # of all pixels, where the renderer tells them: pixels may have different numbers
+    samples: float | None = None  # of all pixels, where the renderer reports them: pixels may have different numbers
 
 
 class Failed(SystemExit):

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/sampling/allocate_samples.h"
 
-#include "renderer/sampling/sample_rates.h"
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -15,9 +13,10 @@ namespace {
 constexpr int kNear = 2; // radii of the windows
 constexpr int kFar = kAllocationMargin;
 
-// Of what even numbers cost, for equal times: the neighbors of noisy pixels have many samples, too,
-// and a sample where there is much noise costs more than its rays. Fitted to thirteen scenes.
-constexpr double kCostShare = 0.9;
+// The sum of predicted costs is kept at this fraction of that of equal numbers, so that both take
+// about the same time: pixels next to noisy ones also get many samples, and where there is more
+// noise, a sample costs more than its rays. Fitted to thirteen scenes.
+constexpr double kCostFraction = 0.9;
 constexpr double kMaxRelativeVariance = SampleRates::kPilotLevels; // of samples of which all but one are black
 
 // Returns the logarithm of the power of two that is nearest to planned * scale * sqrt(v / c),
@@ -101,7 +100,7 @@ double rate_scale(std::span<const GroupNoise> groups, uint32_t planned, double m
   // By Cauchy and Schwarz the best numbers leave noise^2 / (variance * cost) of the error.
   predicted = noise > 0.0 ? noise * noise / (variance * cost) : 1.0;
   if (!(noise > 0.0 && predicted * min_gain < 1.0)) return 0.0;
-  const double wanted = kCostShare * cost * static_cast<double>(planned);
+  const double wanted = kCostFraction * cost * static_cast<double>(planned);
   const auto cost_at = [&](double scale) {
     double sum = 0.0;
     for (const GroupNoise& group : groups)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/sampling/sample_rates.h"
 
 #include <cstdint>
 #include <span>
@@ -33,10 +34,12 @@ struct GroupNoise {
 struct RateRule {
   double scale = 0.0; // a pixel has about scale * sqrt(v / c) times the planned samples; 0: all pixels have as many
   double floor = 0.0; // luminance below which the absolute error counts (relative_variance())
+  [[nodiscard]] SampleRateKind kind() const { return scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even; }
   bool operator==(const RateRule&) const = default;
 };
 
-// The predicted ratio of errors from which on rates pay: they are themselves estimates.
+// Rates are used if they are predicted to divide the error by more than this. The prediction is an
+// estimate, and rates have costs of their own.
 inline constexpr double kMinRatesGain = 1.25;
 
 // Returns the scale for which groups of equal size take about as long as with `planned` samples of

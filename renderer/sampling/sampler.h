@@ -41,7 +41,8 @@ class Sampler {
  public:
   // `samples_per_pixel` is the planned number, on which `blue_noise` and `jittered` depend. Some
   // pixels may have up to 2^log2_more times as many: `blue_noise` then takes the samples of every
-  // pixel from a net of so many, and pixels that have fewer share less of their nets' order.
+  // pixel from a net of that size. Errors of neighboring pixels cancel less well where pixels have
+  // fewer samples than their nets.
   explicit Sampler(uint32_t seed = 0, SamplerKind kind = SamplerKind::sobol, uint32_t samples_per_pixel = 1,
                    uint32_t log2_more = 0)
       : seed_(seed), kind_(kind),

@@ -118,7 +118,7 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
   if (const std::optional<int>& chosen = summary.work.path_reuse)
     add("path reuse", *chosen > 1 ? fmt::format("between {} pixels, chosen", *chosen) : "none, chosen");
   if (const std::optional<RateRule>& rule = summary.work.rate_rule)
-    add("sample rates", rule->scale > 0.0 ? "by noise, chosen" : "even, chosen");
+    add("sample rates", rule->kind() == SampleRateKind::noise ? "by noise, chosen" : "even, chosen");
   if (summary.work.rays.non_finite > 0)
     add("dropped", fmt::format("{} samples that were not finite", summary.work.rays.non_finite));
   add("memory", fmt::format("{}, in this file {}", format_bytes(summary.sum_bytes), format_bytes(info.file_bytes)));
@@ -182,10 +182,7 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
   json["light_paths"] = chosen ? Json(*chosen) : Json();
   json["direct_samples"] = summary.work.direct_samples ? Json(*summary.work.direct_samples) : Json();
   json["path_reuse"] = summary.work.path_reuse ? Json(*summary.work.path_reuse) : Json();
-  json["sample_rates"] =
-      summary.work.rate_rule
-          ? Json(sample_rates_name(summary.work.rate_rule->scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even))
-          : Json();
+  json["sample_rates"] = summary.work.rate_rule ? Json(sample_rates_name(summary.work.rate_rule->kind())) : Json();
   json["memory_bytes"] = summary.sum_bytes;
   const Json settings = Json::parse(identity.image, nullptr, false);
   json["settings"] = settings.is_object() ? settings : Json();

@@ -33,29 +33,34 @@ std::string describe_motion(const MotionStatistics& motion) {
 
 namespace {
 
-// What pilots have chosen, a line for each that there was.
+std::string pilot_line(std::string_view name, double pilot_s, std::string_view choice, double predicted) {
+  return fmt::format("  {:<7} {} of pilot: {} ({:.2f} predicted)\n", name, format_seconds(pilot_s), choice, predicted);
+}
+
+// Formats the choice of each pilot that was traced as a line.
 std::string pilot_lines(const RenderStatistics& s, double mean_spp) {
   std::string text;
   if (const LightPathChoice& l = s.light_paths; l.camera_paths > 0)
-    text += fmt::format("  lights  {} of pilot: {} ({:.2f} predicted)\n", format_seconds(l.pilot_s),
-                        l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
-                                          : std::string("no light paths"),
-                        l.predicted);
+    text += pilot_line("lights", l.pilot_s,
+                       l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
+                                         : std::string("no light paths"),
+                       l.predicted);
   if (const SampleChoice& d = s.direct_samples; d.paths > 0)
-    text += fmt::format("  direct  {} of pilot: {} light sample{} at the first surface ({:.2f} predicted)\n",
-                        format_seconds(d.pilot_s), d.count, d.count == 1 ? "" : "s", d.predicted);
+    text += pilot_line("direct", d.pilot_s,
+                       fmt::format("{} light sample{} at the first surface", d.count, d.count == 1 ? "" : "s"),
+                       d.predicted);
   if (const SampleChoice& p = s.path_reuse; p.paths > 0)
-    text += fmt::format("  reuse   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(p.pilot_s),
-                        p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
-                                    : std::string("no paths are shared between pixels"),
-                        p.predicted);
+    text += pilot_line("reuse", p.pilot_s,
+                       p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
+                                   : std::string("no paths are shared between pixels"),
+                       p.predicted);
   if (const RateChoice& c = s.sample_rates; c.paths > 0)
     text +=
-        fmt::format("  rates   {} of pilot: {} ({:.2f} predicted)\n", format_seconds(c.pilot_s),
-                    c.rule.scale > 0.0
-                        ? fmt::format("pixels have {:.1f} samples on average, more where there is more noise", mean_spp)
-                        : std::string("all pixels have the same samples"),
-                    c.predicted);
+        pilot_line("rates", c.pilot_s,
+                   c.rule.kind() == SampleRateKind::noise
+                       ? fmt::format("pixels have {:.1f} samples on average, more where there is more noise", mean_spp)
+                       : std::string("all pixels have the same samples"),
+                   c.predicted);
   return text;
 }
 

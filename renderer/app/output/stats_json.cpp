@@ -41,7 +41,7 @@ nlohmann::ordered_json choice_json(std::string_view of, const SampleChoice& c) {
 }
 
 nlohmann::ordered_json sample_rates_json(const RateChoice& c) {
-  return {{"kind", sample_rates_name(c.rule.scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even)},
+  return {{"kind", sample_rates_name(c.rule.kind())},
           {"predicted", c.predicted},
           {"pilot_paths", c.paths},
           {"pilot_rays", c.rays.total()}};

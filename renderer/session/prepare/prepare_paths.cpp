@@ -84,7 +84,7 @@ RateChoice prepare_sample_rates(const World& world, const Camera& camera, Render
     pilot.paths = rate_pilot_paths(settings);
     choice = choose_sample_rates(world, camera, pilot, settings.planned(), settings.min_rates_gain, stopped);
   }
-  settings.sample_rates = choice.rule.scale > 0.0 ? SampleRateKind::noise : SampleRateKind::even;
+  settings.sample_rates = choice.rule.kind();
   settings.rate_rule = choice.rule;
   return choice;
 }
