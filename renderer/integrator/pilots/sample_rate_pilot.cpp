@@ -18,7 +18,7 @@ namespace kindling {
 namespace {
 
 constexpr uint32_t kSamples = SampleRates::kPilotLevels;
-constexpr int kBlockSide = 4;       // small, as many places say more than many pixels at one
+constexpr int kBlockSide = 4;        // small, as many places say more than many pixels at one
 constexpr double kFloorShare = 0.25; // of the image's mean luminance: below, the absolute error counts
 constexpr double kCameraCost = 0.15; // of a camera ray and its sample, in rays of bounces and shadows
 
