@@ -102,14 +102,15 @@ GltfBsdf::EvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) c
     return Real((fresnel * specular + multiple_[c] * lost + diffuse_[c] * through_i) * wi.z);
   };
   return {{channel(0), channel(1), channel(2)},
-          glossy_probability_ * d * pdf_factor_ + (1.0f - glossy_probability_) * wi.z * kInvPi};
+          glossy_probability_ * d * pdf_factor_ + (1.0f - glossy_probability_) * wi.z * kInvPi,
+          d * pdf_factor_};
 }
 
 BsdfEval GltfBsdf::eval(const V3f& wi) const {
   if (!(wi.z > 0.0f)) return {};
   if (glossy_probability_ == 0.0f) return {diffuse_ * wi.z, wi.z * kInvPi};
   const EvalOf<float> eval = eval_microfacets(wi);
-  return {eval.value, eval.pdf};
+  return {eval.value, eval.pdf, eval.reflection_pdf};
 }
 
 void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
@@ -117,13 +118,15 @@ void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
 #if !KINDLING_ON_GPU
   if (wi.size() >= kMinEvalsTogether && glossy_probability_ > 0.0f) {
     LaneVectors directions, values;
-    LaneNumbers densities;
+    LaneNumbers densities, reflection_densities;
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) directions.set(lane, wi[std::min(lane, wi.size() - 1)]);
     const EvalOf<Lanes> eval = eval_microfacets(directions.load());
     values.store(eval.value);
     densities.store(eval.pdf);
+    reflection_densities.store(eval.reflection_pdf);
     for (size_t lane = 0; lane < wi.size(); ++lane)
-      evals.set(lane, wi[lane].z > 0.0f ? BsdfEval{values[lane], densities[lane]} : BsdfEval{});
+      evals.set(lane,
+                wi[lane].z > 0.0f ? BsdfEval{values[lane], densities[lane], reflection_densities[lane]} : BsdfEval{});
     return;
   }
 #endif
@@ -148,7 +151,7 @@ LobeAlbedos GltfBsdf::lobe_albedos() const {
 // Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
 // 2023, "Sampling Visible GGX Normals with Spherical Caps"). The density of the reflection is D
 // pdf_factor_.
-V3f GltfBsdf::sample_visible_normal_reflection(const V2f& u) const {
+V3f GltfBsdf::sample_reflection(const V2f& u) const {
   const float stretch = 1.0f / t_o_;
   const V3f view(wo_.x * alpha_ * stretch, wo_.y * alpha_ * stretch, wo_.z * stretch);
   const float height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
@@ -170,10 +173,10 @@ std::optional<BsdfSample> GltfBsdf::sample(float u_lobe, const V2f& u) const {
     return BsdfSample{wi, albedo_, wi.z * kInvPi, Lobe::diffuse};
   }
   const bool glossy = u_lobe < glossy_probability_;
-  const V3f wi = glossy ? sample_visible_normal_reflection(u) : sample_cosine_hemisphere(u);
+  const V3f wi = glossy ? sample_reflection(u) : sample_cosine_hemisphere(u);
   const BsdfEval e = eval(wi);
   if (!(e.pdf > 0.0f)) return std::nullopt;
-  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, glossy ? Lobe::glossy : Lobe::diffuse};
+  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, glossy ? Lobe::glossy : Lobe::diffuse, e.reflection_pdf};
 }
 
 } // namespace kindling

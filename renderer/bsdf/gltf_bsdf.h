@@ -34,15 +34,21 @@ inline constexpr size_t kEvalsTogether = KINDLING_ON_GPU ? 1 : Lanes::kCount;
 inline constexpr size_t kMinEvalsTogether = 3; // fewer are evaluated faster one by one
 
 struct BsdfEval {
-  Rgb value{0.0f};  // f(wo, wi) |cos_theta_i|
-  float pdf = 0.0f; // solid-angle density of sample() for wi
+  Rgb value{0.0f};             // f(wo, wi) |cos_theta_i|
+  float pdf = 0.0f;            // solid-angle density of sample() for wi
+  float reflection_pdf = 0.0f; // of sample_reflection()
 };
 
 // Those of several directions. Not initialized, so that it costs nothing.
 struct BsdfEvals {
   std::array<Rgb, kEvalsTogether> values;
-  std::array<float, kEvalsTogether> pdfs;
-  void set(size_t number, const BsdfEval& eval) { values[number] = eval.value, pdfs[number] = eval.pdf; }
+  std::array<float, kEvalsTogether> pdfs, reflection_pdfs;
+  void set(size_t number, const BsdfEval& eval) {
+    values[number] = eval.value, pdfs[number] = eval.pdf, reflection_pdfs[number] = eval.reflection_pdf;
+  }
+  [[nodiscard]] BsdfEval operator[](size_t number) const {
+    return {values[number], pdfs[number], reflection_pdfs[number]};
+  }
 };
 
 struct BsdfSample {
@@ -50,6 +56,7 @@ struct BsdfSample {
   Rgb weight;       // f |cos_theta_i| / pdf with all lobes included
   float pdf = 0.0f; // solid angle; 0 for a delta direction (which no other technique can produce)
   Lobe lobe = Lobe::diffuse;
+  float reflection_pdf = 0.0f; // density of sample_reflection() for wi; 0 for a delta direction
 };
 
 // Directional albedos of the lobes by kind, seen from wo, each channel in [0, 1]. They sum to
@@ -87,6 +94,11 @@ class GltfBsdf {
   // (counts as zero). Directions from the visible-normal distribution are glossy, those from the
   // cosine distribution diffuse.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
+  // True if there are microfacets, so that sample_reflection() finds directions.
+  [[nodiscard]] bool has_microfacets() const { return glossy_probability_ > 0.0f; }
+  // Samples the visible normals alone; the direction may be below the horizon, where eval() is
+  // zero. There must be microfacets.
+  [[nodiscard]] V3f sample_reflection(const V2f& u) const;
   // Estimates the directional albedo seen from wo, each channel in [0, 1]: for the albedo AOV and
   // for the choice of techniques. Exact up to the interpolation of the tables.
   [[nodiscard]] Rgb albedo() const { return albedo_; }
@@ -105,12 +117,11 @@ class GltfBsdf {
   template <typename Real>
   struct EvalOf {
     Imath::Vec3<Real> value;
-    Real pdf;
+    Real pdf, reflection_pdf;
   };
   // eval() of directions above the horizon, not for Lambert.
   template <typename Real>
   [[nodiscard]] EvalOf<Real> eval_microfacets(const Imath::Vec3<Real>& wi) const;
-  [[nodiscard]] V3f sample_visible_normal_reflection(const V2f& u) const;
 
   V3f wo_;
   float glossy_probability_ = 0.0f; // probability of sampling visible normals; 0: Lambert, only diffuse_ is set below

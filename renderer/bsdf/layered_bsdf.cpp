@@ -125,8 +125,8 @@ BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
   const Rgb below_layers = base.value * base_weight(wi);
   if (wi.z < 0.0f) return {below_layers, choice_probability(kBelow) * -wi.z * kInvPi};
 
-  BsdfEval result{below_layers,
-                  choice_probability(kGlossy) * base.glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi};
+  const float glossy_pdf = choice_probability(kGlossy) * base.glossy_pdf;
+  BsdfEval result{below_layers, glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi, glossy_pdf};
   if (sheen_) {
     const SheenLobe::Eval sheen = sheen_->eval(wi);
     result.value += sheen_weight_ * sheen.value;
@@ -135,8 +135,11 @@ BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
   if (coat_) {
     const ClearcoatLobe::Eval coat = coat_->eval(wi);
     result.value += Rgb(coat_weight_ * coat.value);
-    result.pdf += choice_probability(kCoat) * coat.pdf;
+    const float coat_pdf = choice_probability(kCoat) * coat.pdf;
+    result.pdf += coat_pdf;
+    result.reflection_pdf += coat_pdf;
   }
+  if (result.reflection_pdf > 0.0f) result.reflection_pdf /= microfacet_probability();
   return result;
 }
 
@@ -205,7 +208,14 @@ std::optional<BsdfSample> LayeredBsdf::sample_glass(float u_lobe, const V2f& u) 
   const float pdf = probability * s->pdf + rest.pdf;
   s->weight = (s->weight * (s->pdf * transmissive_ * base_weight(s->wi)) + rest.value) * (1.0f / pdf);
   s->pdf = pdf;
+  s->reflection_pdf = rest.reflection_pdf;
   return s;
+}
+
+std::optional<V3f> LayeredBsdf::sample_reflection(float u_lobe, const V2f& u) const {
+  const bool from_coat = u_lobe * microfacet_probability() < choice_probability(kCoat);
+  const std::optional<V3f> wi = from_coat ? coat_->sample(u) : base_.sample_glossy(u);
+  return wi && wi->z > 0.0f ? wi : std::nullopt;
 }
 
 std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const {
@@ -236,7 +246,7 @@ std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const 
   if ((wi.z < 0.0f) != (lobe == Lobe::transmission)) return std::nullopt;
   const BsdfEval e = eval(wi);
   if (!(e.pdf > 0.0f)) return std::nullopt;
-  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, lobe};
+  return BsdfSample{wi, e.value * (1.0f / e.pdf), e.pdf, lobe, e.reflection_pdf};
 }
 
 } // namespace kindling

@@ -38,6 +38,11 @@ class LayeredBsdf {
   // Lobe::transmission; sheen is Lobe::diffuse.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
   [[nodiscard]] float cosine_begin() const { return choice_end_[kGlossy]; }
+  // True if a coat or a glossy base reflects, so that sample_reflection() finds directions.
+  [[nodiscard]] bool has_microfacets() const { return microfacet_probability() > 0.0f; }
+  // Samples the visible normals of the coat and of the glossy base alone, by their albedos: as
+  // sample() does, but no other lobes. Empty: below the horizon. There must be microfacets.
+  [[nodiscard]] std::optional<V3f> sample_reflection(float u_lobe, const V2f& u) const;
 
   // Estimates the albedo over all directions on both sides, without straight_transmittance().
   [[nodiscard]] Rgb albedo() const { return albedo_; }
@@ -77,6 +82,7 @@ class LayeredBsdf {
   struct Checked {}; // tag: parameters are in their ranges
   LayeredBsdf(Checked, const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
 
+  [[nodiscard]] float microfacet_probability() const { return choice_probability(kCoat) + choice_probability(kGlossy); }
   // Returns the transmittance of all layers above the base, from wo to wi.
   [[nodiscard]] float base_weight(const V3f& wi) const;
   // Everything except the glass.

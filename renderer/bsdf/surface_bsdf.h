@@ -33,6 +33,17 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->sample(u_lobe, u) : layered().sample(u_lobe, u);
   }
+  // True if sample_reflection() finds directions: there are microfacets that only reflect.
+  [[nodiscard]] bool has_microfacets() const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->has_microfacets() : layered().has_microfacets();
+  }
+  // Samples the visible normals of these microfacets alone, with u_lobe in [0, 1) and u in [0,
+  // 1)^2. The density is BsdfEval::reflection_pdf. Empty, or below the horizon: no light.
+  [[nodiscard]] std::optional<V3f> sample_reflection(float u_lobe, const V2f& u) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->sample_reflection(u) : layered().sample_reflection(u_lobe, u);
+  }
   [[nodiscard]] Rgb albedo() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->albedo() : layered().albedo();

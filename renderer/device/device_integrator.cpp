@@ -19,7 +19,7 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
                                    std::unique_ptr<const FirstHits> first_hits)
     : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)),
       first_hits_(std::move(first_hits)) {
-  setup_.direct_samples = static_cast<uint32_t>(settings.direct_samples);
+  setup_.max_shadow_rays = settings.max_shadow_rays();
   setup_.path_reuse = static_cast<uint32_t>(settings.path_reuse);
   setup_.image_px = input.camera.size_px();
   setup_.photons = photons_.get();

@@ -25,7 +25,7 @@ struct WaveSetup {
   AovSet aovs;
   const FirstHits* first_hits = nullptr; // what the film records of first surfaces; null: nothing
   uint32_t light_groups = 0;             // of the film
-  uint32_t direct_samples = 1;           // IntegratorSettings::direct_samples
+  uint32_t max_shadow_rays = 1;          // IntegratorSettings::max_shadow_rays()
   uint32_t path_reuse = 1;               // IntegratorSettings::path_reuse: above 1, waves have whole blocks
   V2i image_px{0};                       // size
   bool trims_outliers = false;

@@ -24,11 +24,11 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
   const uint64_t of_split =
       !setup.splits() ? 0
                       : setup.light_groups * sizeof(SplitView::Classes) + sizeof(SplitView::Passes) +
-                            sizeof(FirstEvent) + sizeof(LobeColors) + setup.direct_samples * sizeof(SplitShadow) +
+                            sizeof(FirstEvent) + sizeof(LobeColors) + setup.max_shadow_rays * sizeof(SplitShadow) +
                             (setup.path_reuse > 1 ? std::max(setup.light_groups, 1U) * sizeof(Rgb) + 1 : 0) +
                             (setup.light_paths > 0.0f ? sizeof(SplatParts) : 0);
   return common_wave_bytes(setup) +
-         setup.paths * (kOfPath + setup.direct_samples * kOfShadowRay + of_light_path + of_reuse + of_split) +
+         setup.paths * (kOfPath + setup.max_shadow_rays * kOfShadowRay + of_light_path + of_reuse + of_split) +
          2 * sizeof(uint64_t) + 2 * kHitKinds * sizeof(uint32_t);
 }
 
@@ -51,7 +51,7 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
                               shading_kernel(setup), filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque,
                               setup.splits() ? Kernel::finish_split_pixel : Kernel::finish_pixel};
   kernels.insert(kernels.end(), {Kernel::place_kinds, Kernel::sort_paths});
-  if (setup.direct_samples > 1 && !filters_hits) kernels.push_back(Kernel::add_shadows);
+  if (setup.max_shadow_rays > 1 && !filters_hits) kernels.push_back(Kernel::add_shadows);
   if (setup.splits()) kernels.insert(kernels.end(), {Kernel::begin_split, Kernel::split_shadow});
   if (setup.splits() && setup.path_reuse > 1) kernels.insert(kernels.end(), {Kernel::split_tail, Kernel::split_shared});
   if (setup.light_paths > 0.0f)
@@ -68,11 +68,11 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
       has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), sorts_(world.materials.size() > 1),
-      has_light_samples_(setup.direct_samples > 1), shade_(shading_kernel(setup)), photon_source_(setup.photons),
+      adds_together_(setup.max_shadow_rays > 1), shade_(shading_kernel(setup)), photon_source_(setup.photons),
       filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
-      shadow_rays_(on, capacity() * setup.direct_samples), hits_(on, capacity()), active_(on, capacity()),
+      shadow_rays_(on, capacity() * setup.max_shadow_rays), hits_(on, capacity()), active_(on, capacity()),
       next_(on, capacity()), sorted_(on, capacity()), kinds_(on, capacity()), kind_counts_(on, 1), queue_counts_(on, 1),
-      shadow_records_(on, capacity() * setup.direct_samples), light_paths_(on, has_light_paths_ ? capacity() : 0),
+      shadow_records_(on, capacity() * setup.max_shadow_rays), light_paths_(on, has_light_paths_ ? capacity() : 0),
       splats_(on, has_light_paths_ ? capacity() : 0), reused_(on, setup.path_reuse > 1 ? capacity() : 0),
       links_(on, reused_.size() * setup.path_reuse), traced_links_(on, links_.size()) {
   QueueCounts* const counts = queue_counts_.data();
@@ -167,7 +167,7 @@ bool PathWaveRunner::follow_camera_paths() {
     launch_shading(shade_, wave_, active);
     const QueueCounts counts = take_next();
     launch(filters_hits_ ? Kernel::trace_shadow : Kernel::trace_shadow_opaque, wave_, counts.shadows);
-    if (has_light_samples_ && !filters_hits_) launch(Kernel::add_shadows, wave_, counts.shadows);
+    if (adds_together_ && !filters_hits_) launch(Kernel::add_shadows, wave_, counts.shadows);
     if (splits_) launch(Kernel::split_shadow, wave_, counts.shadows);
     active = counts.next;
   }

@@ -52,7 +52,7 @@ class PathWaveRunner final : public DeviceWave {
   // Makes room for so many photons on the device.
   void reserve_photons(uint64_t count);
 
-  bool filters_hits_, has_light_paths_, splits_, sorts_, has_light_samples_;
+  bool filters_hits_, has_light_paths_, splits_, sorts_, adds_together_;
   Kernel shade_;
   PhotonSource* photon_source_;
   PixelFilter filter_; // of the image

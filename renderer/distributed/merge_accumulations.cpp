@@ -108,6 +108,7 @@ class Sum {
     if (part.film.has_splats()) whole_->film.enable_splats();
     whole_->work.light_paths = part.work.light_paths;
     whole_->work.direct_samples = part.work.direct_samples;
+    whole_->work.reflection_samples = part.work.reflection_samples;
     whole_->work.path_reuse = part.work.path_reuse;
     whole_->work.rate_rule = part.work.rate_rule;
     whole_->film.split_by_light_groups(part.film.light_groups());
@@ -124,6 +125,8 @@ class Sum {
                            "render all parts on the CPU, or with --light-paths 0");
     if (part.work.direct_samples != whole_->work.direct_samples)
       return damaged(file, "has another number of light samples than the first part (--direct-samples auto)");
+    if (part.work.reflection_samples != whole_->work.reflection_samples)
+      return damaged(file, "has another number of reflection samples than the first part (--reflection-samples auto)");
     if (part.work.path_reuse != whole_->work.path_reuse)
       return damaged(file, "shares paths between other numbers of pixels than the first part (--path-reuse auto)");
     if (part.work.rate_rule != whole_->work.rate_rule)

@@ -38,6 +38,9 @@ inline constexpr int kMaxBounces = 4096;
 // Maximum of IntegratorSettings::direct_samples.
 inline constexpr int kMaxDirectSamples = 8;
 
+// Maximum of IntegratorSettings::reflection_samples.
+inline constexpr int kMaxReflectionSamples = 4;
+
 // Maximum of IntegratorSettings::path_reuse.
 inline constexpr uint32_t kMaxPathReuse = 8;
 
@@ -49,6 +52,7 @@ struct IntegratorSettings {
   int max_transmission_bounces = 16; // counted apart: a glass has four surfaces, and one behind another is common
   int roulette_start_bounce = 2;     // first bounce with Russian roulette
   int direct_samples = 1;            // of lights at a path's first surface; IntegratorKind::path alone
+  int reflection_samples = 0;        // of the environment, by the glossy lobes of the first surface; likewise
   int path_reuse = 1; // pixels that share their paths (reuse_paths.h): 1, 2, 4 or 8; IntegratorKind::path alone
   float clamp_direct = kInfinity;      // maximum of any component of a sample's directly lit part
   float clamp_indirect = kInfinity;    // the same for light that was reflected more than once
@@ -65,6 +69,9 @@ struct IntegratorSettings {
   LightGrouping light_groups = LightGrouping::off; // sums of the film by light group; IntegratorKind::path alone
   uint32_t batch_size = 256;                       // path states that a thread advances together, a multiple of 64
   WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above
+
+  // Returns the most shadow rays that a path has at a surface.
+  [[nodiscard]] uint32_t max_shadow_rays() const { return static_cast<uint32_t>(direct_samples + reflection_samples); }
 };
 
 } // namespace kindling

@@ -26,8 +26,8 @@ struct CaughtPaths;
 // allocates per sample.
 class PathContext final : public ThreadContext {
  public:
-  // `direct_samples`: IntegratorSettings::direct_samples.
-  PathContext(size_t batch_size, size_t direct_samples, AovSet aovs);
+  // `max_shadow_rays`: those of a path at a surface, IntegratorSettings::max_shadow_rays().
+  PathContext(size_t batch_size, size_t max_shadow_rays, AovSet aovs);
   ~PathContext() override;
 
   // True if the paths of a batch are shared between pixels; those that train a guide are not.

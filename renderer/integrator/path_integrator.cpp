@@ -71,12 +71,12 @@ std::unique_ptr<ThreadContext> PathIntegrator::make_context() const { return mak
 std::unique_ptr<PathContext> PathIntegrator::make_path_context() const {
   assert(stages_.settings.batch_size >= kBlockSize * kBlockSize);
   const size_t size = std::max<size_t>(stages_.settings.batch_size, LevelList::kMaxOfLevel);
-  const auto direct_samples = static_cast<size_t>(stages_.settings.direct_samples);
-  auto context = std::make_unique<PathContext>(size, direct_samples, aovs_);
+  const size_t shadow_rays = stages_.settings.max_shadow_rays();
+  auto context = std::make_unique<PathContext>(size, shadow_rays, aovs_);
   const bool splits = groups_.count > 0 || aovs_.needs_light_passes();
   if (splits || aovs_.needs_lobe_colors())
     context->split_light =
-        std::make_unique<SplitLight>(size, size * direct_samples, groups_, stages_.settings.path_reuse > 1);
+        std::make_unique<SplitLight>(size, size * shadow_rays, groups_, stages_.settings.path_reuse > 1);
   if (splits) context->light_paths.splits = &groups_;
   if (stages_.settings.path_reuse > 1)
     context->reuse = std::make_unique<PathReuse>(size, static_cast<uint32_t>(stages_.settings.path_reuse));
@@ -276,10 +276,27 @@ size_t PathIntegrator::draw_for_group(size_t first, size_t count, PathContext& c
   return reflecting;
 }
 
+// Draws the numbers of the reflection samples that the first surfaces of a group may have.
+void PathIntegrator::draw_reflections(size_t first, size_t reflecting, PathContext& context) const {
+  const auto count = static_cast<uint32_t>(stages_.settings.reflection_samples);
+  if (count == 0) return;
+  ShadeGroup& group = context.group;
+  size_t drawn = 0;
+  for (size_t i = 0; i < reflecting; ++i) {
+    const PathInFlight path = path_at(context.active[first + group.reflecting[i]], context);
+    if (path.state.bounce > 0) continue;
+    group.members[group.reflecting[i]].sampled.reflections = &group.reflection_draws[drawn];
+    for (uint32_t number = 0; number < count; ++number)
+      group.reflection_addresses[drawn++] = PathStages::reflection_address(path, number, count);
+  }
+  draw_lights(std::span(group.reflection_addresses).first(drawn), std::span(group.reflection_draws).first(drawn));
+}
+
 // Samples lights for every vertex of a group that reflects, except where it would be in vain.
 void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
   const size_t reflecting_count = draw_for_group(first, count, context);
+  draw_reflections(first, reflecting_count, context);
   std::array<uint16_t, ShadeGroup::kMaxLights> several; // numbers of queries with draws of their own
   size_t query_count = 0, several_count = 0;
   for (size_t i = 0; i < reflecting_count; ++i) {

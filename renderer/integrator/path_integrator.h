@@ -73,6 +73,7 @@ class PathIntegrator final : public Integrator {
   // Steps of shade(), for the active paths [first, first + count) or [first, end).
   void prepare_group(size_t first, size_t count, PathContext& context) const;
   size_t draw_for_group(size_t first, size_t count, PathContext& context) const;
+  void draw_reflections(size_t first, size_t reflecting, PathContext& context) const;
   void sample_lights(size_t first, size_t count, PathContext& context) const;
   template <typename Sink>
   void shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const;

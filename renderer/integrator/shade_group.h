@@ -16,6 +16,7 @@ namespace kindling {
 struct ShadeGroup {
   static constexpr size_t kSize = 32;
   static constexpr size_t kMaxLights = kSize * kMaxDirectSamples;
+  static constexpr size_t kMaxReflections = kSize * kMaxReflectionSamples;
 
   struct Member {
     EnvironmentView::Location escaped;         // direction of a ray without a hit
@@ -43,6 +44,8 @@ struct ShadeGroup {
   std::array<LightDraws, kMaxLights> light_draws;
   std::array<LightQuery, kMaxLights> queries; // for surfaces at which lights are sampled, consecutive
   std::array<std::optional<LightSample>, kMaxLights> lights;
+  std::array<BounceAddress, kMaxReflections> reflection_addresses;
+  std::array<LightDraws, kMaxReflections> reflection_draws;
 };
 
 } // namespace kindling

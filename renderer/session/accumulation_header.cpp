@@ -186,6 +186,8 @@ ParsedHeader parse(std::string_view text_of_json) {
   if (work.contains("light_paths"))
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
   if (work.contains("direct_samples")) read_whole(work, "direct_samples", header.summary.work.direct_samples.emplace());
+  if (work.contains("reflection_samples"))
+    read_whole(work, "reflection_samples", header.summary.work.reflection_samples.emplace());
   if (work.contains("path_reuse")) read_whole(work, "path_reuse", header.summary.work.path_reuse.emplace());
   if (work.contains("sample_rates")) {
     constexpr double kMax = std::numeric_limits<double>::max();
@@ -283,6 +285,7 @@ std::string header_to_json(const AccumulationHeader& header) {
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
   if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;
+  if (work.reflection_samples) json["work"]["reflection_samples"] = *work.reflection_samples;
   if (work.path_reuse) json["work"]["path_reuse"] = *work.path_reuse;
   if (const auto& rule = work.rate_rule)
     json["work"]["sample_rates"] = {{"scale", rule->scale}, {"floor", rule->floor}};

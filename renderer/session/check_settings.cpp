@@ -66,7 +66,8 @@ Result<void> check_bounces(const RenderSettings& settings) {
                              {"max_glossy_bounces", s.max_glossy_bounces, 0, kMaxBounces},
                              {"max_transmission_bounces", s.max_transmission_bounces, 0, 2 * kMaxBounces},
                              {"roulette_start_bounce", s.roulette_start_bounce, 0, kMaxBounces},
-                             {"direct_samples", s.direct_samples, 1, kMaxDirectSamples}})
+                             {"direct_samples", s.direct_samples, 1, kMaxDirectSamples},
+                             {"reflection_samples", s.reflection_samples, 0, kMaxReflectionSamples}})
     if (limit.value < limit.from || limit.value > limit.to)
       return refuse(std::string(limit.name) + " " + std::to_string(limit.value) + ": " + std::to_string(limit.from) +
                     " to " + std::to_string(limit.to) + " is needed");
@@ -163,6 +164,7 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
+  if (integrator.reflection_samples > 0) return not_with("with --reflection-samples above 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
@@ -182,6 +184,7 @@ Result<void> check_photons(const RenderSettings& settings) {
   if (integrator.kind != IntegratorKind::path)
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
+  if (integrator.reflection_samples > 0) return not_with("with --reflection-samples above 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   return {};

@@ -43,6 +43,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.training_paths = image.training_paths;
   settings.chooses_light_paths = image.chooses_light_paths;
   settings.chooses_direct_samples = image.chooses_direct_samples;
+  settings.chooses_reflection_samples = image.chooses_reflection_samples;
   settings.chooses_path_reuse = image.chooses_path_reuse;
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);

@@ -142,6 +142,7 @@ struct ImageSettings {
   Guiding guiding = Guiding::automatic;
   bool chooses_light_paths = false;       // if integrator.light_paths is 0; see RenderSettings
   bool chooses_direct_samples = true;     // see RenderSettings
+  bool chooses_reflection_samples = true; // likewise
   bool chooses_path_reuse = true;         // likewise
   std::optional<uint64_t> training_paths; // see RenderSettings
 

@@ -174,6 +174,7 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--max-transmission-bounces"] = s.max_transmission_bounces;
   j["--roulette-start"] = s.roulette_start_bounce;
   j["--direct-samples"] = o.chooses_direct_samples ? SortedJson("auto") : SortedJson(s.direct_samples);
+  j["--reflection-samples"] = o.chooses_reflection_samples ? SortedJson("auto") : SortedJson(s.reflection_samples);
   j["--path-reuse"] = o.chooses_path_reuse ? SortedJson("auto") : SortedJson(s.path_reuse);
   j["--clamp-direct"] = json_number(s.clamp_direct);
   j["--clamp-indirect"] = json_number(s.clamp_indirect);

@@ -124,6 +124,11 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
     settings.chooses_direct_samples = false;
     if (Result<void> checked = check_settings(settings, camera); !checked) return checked;
   }
+  if (settings.chooses_reflection_samples && has_samples(state)) {
+    settings.integrator.reflection_samples = state.work.reflection_samples.value_or(0);
+    settings.chooses_reflection_samples = false;
+    if (Result<void> checked = check_settings(settings, camera); !checked) return checked;
+  }
   if (settings.chooses_path_reuse && has_samples(state)) {
     settings.integrator.path_reuse = state.work.path_reuse.value_or(1);
     settings.chooses_path_reuse = false;
@@ -149,14 +154,20 @@ void note_prepared(const PreparedPaths& prepared, const RenderSettings& before_p
   statistics.sample_rates = prepared.sample_rates;
   if (leaves_light_paths_open(before_pilots)) work.light_paths = prepared.light_paths.fraction;
   if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.count;
+  if (before_pilots.chooses_reflection_samples) work.reflection_samples = prepared.direct_samples.reflections;
   if (before_pilots.chooses_path_reuse) work.path_reuse = prepared.path_reuse.count;
   if (before_pilots.sample_rates != SampleRateKind::even) work.rate_rule = prepared.sample_rates.rule;
 }
 
 // Takes the guide; the settings are those that were prepared.
 LearnedPaths learned_of(PreparedPaths& prepared, const RenderSettings& settings) {
-  return {std::move(prepared.trained.guide), settings.integrator.light_paths, settings.integrator.direct_samples,
-          settings.integrator.path_reuse, settings.sample_rates == SampleRateKind::noise};
+  const IntegratorSettings& integrator = settings.integrator;
+  return {.guide = std::move(prepared.trained.guide),
+          .light_paths = integrator.light_paths,
+          .direct_samples = integrator.direct_samples,
+          .reflection_samples = integrator.reflection_samples,
+          .path_reuse = integrator.path_reuse,
+          .sample_rates = settings.sample_rates == SampleRateKind::noise};
 }
 
 } // namespace
@@ -258,6 +269,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
   IntegratorSettings integrator_settings = settings.integrator;
   integrator_settings.light_paths = learned.light_paths;
   integrator_settings.direct_samples = learned.direct_samples;
+  integrator_settings.reflection_samples = learned.reflection_samples;
   integrator_settings.path_reuse = learned.path_reuse;
   RenderSettings sampled = settings;
   sampled.sample_rates = learned.sample_rates ? SampleRateKind::noise : SampleRateKind::even;

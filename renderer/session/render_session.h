@@ -11,7 +11,7 @@
 #include "renderer/integrator/frame_motion.h"
 #include "renderer/integrator/guide_training.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/pilots/block_noise.h"
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/integrator/pilots/light_path_pilot.h"
 #include "renderer/integrator/pilots/sample_rate_pilot.h"
 #include "renderer/integrator/shadow_catchers.h"
@@ -75,6 +75,7 @@ struct RenderSettings {
   // A pilot chooses integrator.direct_samples if there are no light paths
   // (prepare_paths()).
   bool chooses_direct_samples = false;
+  bool chooses_reflection_samples = false; // the same for integrator.reflection_samples
   // A pilot chooses integrator.path_reuse, before that: 1 with anything that it does not work with
   // (check_path_reuse()).
   bool chooses_path_reuse = false;
@@ -131,7 +132,8 @@ struct RenderStatistics {
   RayCounters rays;
   GuidingStatistics guiding;
   LightPathChoice light_paths;
-  SampleChoice direct_samples, path_reuse;
+  DirectSampleChoice direct_samples;
+  SampleChoice path_reuse;
   RateChoice sample_rates;
   DeviceUse device;
 };
@@ -145,10 +147,10 @@ struct RenderOutcome {
 
 // The guide, light paths, light samples and sampler of all samples of a render.
 struct LearnedPaths {
-  std::shared_ptr<const Guide> guide;     // null: none
-  float light_paths = 0.0f;               // IntegratorSettings::light_paths
-  int direct_samples = 1, path_reuse = 1; // likewise
-  bool sample_rates = false;              // whether pixels have different numbers of samples
+  std::shared_ptr<const Guide> guide;                             // null: none
+  float light_paths = 0.0f;                                       // IntegratorSettings::light_paths
+  int direct_samples = 1, reflection_samples = 0, path_reuse = 1; // likewise
+  bool sample_rates = false;                                      // whether pixels have different numbers of samples
 };
 
 // Saving, previews, and the state to resume from.

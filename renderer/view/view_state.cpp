@@ -265,6 +265,7 @@ ImageSettings moving_settings(const ViewState& state, const ViewOptions& options
   image.chooses_light_paths = false;
   image.integrator.photons = 0.0f;
   image.chooses_direct_samples = false;
+  image.chooses_reflection_samples = false;
   image.chooses_path_reuse = false;
   image.sample_rates = SampleRateKind::even;
   image.denoising = Denoising::off;

@@ -146,6 +146,19 @@ TEST(Options, DirectSamplesAreChosenOrGiven) {
               "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 8");
 }
 
+TEST(Options, ReflectionSamplesAreChosenOrGiven) {
+  EXPECT_TRUE(render_options({}).chooses_reflection_samples);
+  EXPECT_TRUE(render_options({"--reflection-samples", "3", "--reflection-samples", "auto"}).chooses_reflection_samples);
+  for (const char* samples : {"0", "4"}) {
+    const RenderOptions options = render_options({"--reflection-samples", samples});
+    EXPECT_FALSE(options.chooses_reflection_samples) << samples;
+    EXPECT_EQ(options.integrator.reflection_samples, std::stoi(samples));
+  }
+  for (const char* samples : {"5", "-1", "some"})
+    EXPECT_EQ(refusal({"render", "a.glb", "--reflection-samples", samples}),
+              "--reflection-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 0 to 4");
+}
+
 TEST(Options, PathReuseIsChosenOrGiven) {
   EXPECT_TRUE(render_options({}).chooses_path_reuse);
   EXPECT_TRUE(render_options({"--path-reuse", "8", "--path-reuse", "auto"}).chooses_path_reuse);

@@ -132,6 +132,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--roulette-start", {true, kNone, {"--roulette-start", "5"}}},
       {"--direct-samples", {true, kNone, {"--direct-samples", "2"}}},
       {"--path-reuse", {true, kNone, {"--path-reuse", "4"}}},
+      {"--reflection-samples", {true, kNone, {"--reflection-samples", "2"}}},
       {"--clamp-direct", {true, kNone, {"--clamp-direct", "5"}}},
       {"--clamp-indirect", {true, kNone, {"--clamp-indirect", "5"}}},
       {"--caustics", {true, kNone, {"--caustics", "off"}}},

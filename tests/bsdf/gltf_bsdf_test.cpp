@@ -233,6 +233,7 @@ TEST(GltfBsdf, EvaluatesSeveralDirectionsTogether) {
       const BsdfEval alone = bsdf.eval(directions[n]);
       ASSERT_TRUE(test::same_bits(together.values[n], alone.value)) << directions[n] << ", roughness " << p.roughness;
       ASSERT_TRUE(test::same_bits(together.pdfs[n], alone.pdf)) << directions[n] << ", roughness " << p.roughness;
+      ASSERT_TRUE(test::same_bits(together.reflection_pdfs[n], alone.reflection_pdf)) << directions[n];
     }
   }
 }

@@ -100,6 +100,17 @@ TEST(DeviceRenders, SeveralLightSamples) {
   expect_same_on_device(*caster_world(false), settings);
 }
 
+TEST(DeviceRenders, ReflectionSamples) {
+  for (const bool several : {false, true}) {
+    RenderSettings settings = all_aovs(5);
+    settings.integrator.direct_samples = several ? 3 : 1;
+    settings.integrator.reflection_samples = several ? 4 : 1;
+    settings.integrator.path_reuse = several ? 4 : 1;
+    expect_same_on_device(*mixed_world(accel::Kind::kdtree), settings);
+    expect_same_on_device(*caster_world(false), settings);
+  }
+}
+
 // Where all is opaque, each shadow ray has a thread; another one adds the light of a path's rays.
 TEST(DeviceRenders, PathsAreSortedByMaterialWhereThereAreMany) {
   const auto world = caster_world(false);

@@ -11,8 +11,10 @@
 namespace kindling::test {
 namespace {
 
-constexpr ChosenNumber kNumberOfLights{&RenderSettings::chooses_direct_samples, &RenderStatistics::direct_samples,
-                                       &RenderWork::direct_samples};
+constexpr ChosenNumber kNumberOfLights{
+    &RenderSettings::chooses_direct_samples,
+    [](const RenderStatistics& s) -> const SampleChoice& { return s.direct_samples; },
+    [](const RenderStatistics& s) { return s.direct_samples.count; }, &RenderWork::direct_samples};
 RenderSettings long_render_to_choose() { return long_render_to_choose(kNumberOfLights, 5); }
 
 // Dark things under a large lamp: almost all noise is in the penumbras.

@@ -110,8 +110,9 @@ TEST(PathReuse, SamplesAreReplayed) {
   }
 }
 
-constexpr ChosenNumber kNumberOfPixels{&RenderSettings::chooses_path_reuse, &RenderStatistics::path_reuse,
-                                       &RenderWork::path_reuse};
+constexpr ChosenNumber kNumberOfPixels{
+    &RenderSettings::chooses_path_reuse, [](const RenderStatistics& s) -> const SampleChoice& { return s.path_reuse; },
+    [](const RenderStatistics& s) { return s.path_reuse.count; }, &RenderWork::path_reuse};
 RenderSettings long_reuse_to_choose() { return long_render_to_choose(kNumberOfPixels, 5); }
 
 TEST(PathReuse, IsChosenForIndirectLight) {

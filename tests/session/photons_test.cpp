@@ -32,6 +32,7 @@ TEST(PhotonRender, RefusesOtherTracersAndPasses) {
   };
   expect_refused("with --integrator whitted; use path", [](auto& s) { s.integrator.kind = IntegratorKind::whitted; });
   expect_refused("with --direct-samples above 1", [](auto& s) { s.integrator.direct_samples = 2; });
+  expect_refused("with --reflection-samples above 0", [](auto& s) { s.integrator.reflection_samples = 1; });
   expect_refused("with --caustics off", [](auto& s) { s.integrator.caustics = Caustics::off; });
   expect_refused("photons 1.5", [](auto& s) { s.integrator.photons = 1.5f; });
   expect_refused("photons nan", [](auto& s) { s.integrator.photons = std::numeric_limits<float>::quiet_NaN(); });

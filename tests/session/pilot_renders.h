@@ -18,12 +18,14 @@ inline RenderSettings long_render(uint32_t samples) {
   return settings;
 }
 
-// A number that a pilot chooses: the setting that leaves it open, its report, and what is stored
-// for later runs.
+// A number that a pilot chooses: the setting that leaves it open, the pilot's report with the
+// number, what is stored for later runs, and the number where nothing is chosen.
 struct ChosenNumber {
   bool RenderSettings::*open;
-  SampleChoice RenderStatistics::*reported;
+  const SampleChoice& (*report)(const RenderStatistics&);
+  int (*count)(const RenderStatistics&);
   std::optional<int> RenderWork::*stored;
+  int min = 1;
 };
 
 inline RenderSettings long_render_to_choose(const ChosenNumber& number, uint32_t samples) {
@@ -62,18 +64,18 @@ inline double relative_noise(const World& world, RenderSettings settings, double
   return relative;
 }
 
-// Expects a choice above 1 that neither threads, parts, crops nor devices change.
+// Expects a choice of more than the minimum that neither threads, parts, crops nor devices change.
 inline void expect_same_choice_everywhere(const World& world, const ChosenNumber& number) {
   const RenderSettings base = long_render_to_choose(number, 5);
-  const SampleChoice expected = render_open(world, base).statistics.*number.reported;
-  ASSERT_GT(expected.count, 1);
+  const RenderStatistics expected = render_open(world, base).statistics;
+  ASSERT_GT(number.count(expected), number.min);
   const auto expect_same_choice = [&](const char* what, void (*change)(RenderSettings&)) {
     RenderSettings settings = base;
     change(settings);
-    const SampleChoice choice = render_open(world, settings).statistics.*number.reported;
-    EXPECT_EQ(choice.count, expected.count) << what;
-    EXPECT_EQ(choice.predicted, expected.predicted) << what;
-    EXPECT_EQ(choice.rays.total(), expected.rays.total()) << what;
+    const RenderStatistics statistics = render_open(world, settings).statistics;
+    EXPECT_EQ(number.count(statistics), number.count(expected)) << what;
+    EXPECT_EQ(number.report(statistics).predicted, number.report(expected).predicted) << what;
+    EXPECT_EQ(number.report(statistics).rays.total(), number.report(expected).rays.total()) << what;
   };
   expect_same_choice("threads", [](RenderSettings& s) { s.threads = 3, s.tile_size_px = 8; });
   expect_same_choice("a part", [](RenderSettings& s) {
@@ -84,19 +86,19 @@ inline void expect_same_choice_everywhere(const World& world, const ChosenNumber
   expect_same_choice("a device", [](RenderSettings& s) { s.device = DeviceKind::host; });
 }
 
-// Expects that a render which is continued has the stored choice, above 1.
+// Expects that a render which is continued has the stored choice, more than the minimum.
 inline void expect_stored_choice(const World& world, const ChosenNumber& number) {
   const Film whole = render_open(world, long_render_to_choose(number, 9)).film;
   std::optional<RenderState> saved;
   (void)render_open(world, long_render_to_choose(number, 4),
                     {.save = [&](const RenderState& state) { saved = state; }});
   ASSERT_TRUE(saved);
-  ASSERT_GT((saved->work.*number.stored).value_or(1), 1);
+  ASSERT_GT((saved->work.*number.stored).value_or(number.min), number.min);
   RenderSettings longer = long_render_to_choose(number, 9);
   longer.time_limit_s = 1000.0; // another pilot would choose
   const RenderOutcome outcome = render_open(world, longer, {.resume_from = saved});
-  EXPECT_EQ((outcome.statistics.*number.reported).paths, 0U);
-  EXPECT_EQ((outcome.statistics.*number.reported).count, *(saved->work.*number.stored));
+  EXPECT_EQ(number.report(outcome.statistics).paths, 0U);
+  EXPECT_EQ(number.count(outcome.statistics), *(saved->work.*number.stored));
   expect_same_bits(outcome.film, whole, "a resumed render");
 }
 

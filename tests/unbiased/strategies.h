@@ -51,8 +51,11 @@ inline constexpr std::array kStrategies{
              [](RenderSettings& s) {
                s.sampler = SamplerKind::jittered;
                s.integrator.direct_samples = 2;
+               s.integrator.reflection_samples = 2;
              },
              accel::Kind::embree, false, 72},
+    Strategy{"reflection samples", [](RenderSettings& s) { s.integrator.reflection_samples = 4; }, accel::Kind::kdtree,
+             false, 64},
     Strategy{"light paths", [](RenderSettings& s) { s.integrator.light_paths = 1.0f; }, accel::Kind::kdtree, false, 48,
              false, true},
     Strategy{"light paths and guiding", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; }, accel::Kind::embree,
@@ -66,6 +69,7 @@ inline constexpr std::array kStrategies{
                s.sampler = SamplerKind::blue_noise;
                s.integrator.path_reuse = 4;
                s.integrator.direct_samples = 2;
+               s.integrator.reflection_samples = 1;
                s.integrator.roulette_start_bounce = 0;
              },
              accel::Kind::embree, false, 48, true, false, true},
@@ -80,6 +84,7 @@ inline constexpr std::array kStrategies{
                s.sampler = SamplerKind::blue_noise;
                s.integrator.roulette_start_bounce = 1;
                s.integrator.direct_samples = 3;
+               s.integrator.reflection_samples = 2;
                s.sample_rates = SampleRateKind::noise;
                s.min_rates_gain = 1.0;
              },

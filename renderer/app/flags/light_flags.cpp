@@ -23,15 +23,16 @@ Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
   return store(std::move(fraction), o.integrator.light_paths);
 }
 
-Result<void> set_direct_samples(std::string_view text, ImageSettings& o) {
-  o.chooses_direct_samples = text == "auto";
-  o.integrator.direct_samples = 1;
-  if (o.chooses_direct_samples) return {};
-  Result<int64_t> samples = parse_integer(text, 1, kMaxDirectSamples);
+// Sets a number that a pilot may choose, which has the first value until then.
+Result<void> set_count(std::string_view text, int from, int to, bool& chooses, int& count) {
+  chooses = text == "auto";
+  count = from;
+  if (chooses) return {};
+  Result<int64_t> samples = parse_integer(text, from, to);
   if (!samples.ok())
     return Error{ErrorKind::usage,
-                 fmt::format("'{}' is neither auto nor a whole number from 1 to {}", text, kMaxDirectSamples)};
-  return store(std::move(samples), o.integrator.direct_samples);
+                 fmt::format("'{}' is neither auto nor a whole number from {} to {}", text, from, to)};
+  return store(std::move(samples), count);
 }
 
 Result<void> set_path_reuse(std::string_view text, ImageSettings& o) {
@@ -62,7 +63,20 @@ void add_direct_samples_flag(FlagSet& flags, ImageSettings& o) {
               fmt::format("Samples of lights at the first surface of a path, with a shadow ray each; auto: as many as "
                           "pay off, by a short pilot [{}]",
                           o.chooses_direct_samples ? "auto" : "1"),
-              [&o](auto text) { return set_direct_samples(text, o); });
+              [&o](auto text) {
+                return set_count(text, 1, kMaxDirectSamples, o.chooses_direct_samples, o.integrator.direct_samples);
+              });
+}
+
+void add_reflection_samples_flag(FlagSet& flags, ImageSettings& o) {
+  flags.value("--reflection-samples", "auto|N",
+              fmt::format("Samples of the environment that a coat or another glossy lobe of a path's first surface "
+                          "reflects, with a shadow ray each; auto: as many as pay off, by the same pilot [{}]",
+                          o.chooses_reflection_samples ? "auto" : "0"),
+              [&o](auto text) {
+                return set_count(text, 0, kMaxReflectionSamples, o.chooses_reflection_samples,
+                                 o.integrator.reflection_samples);
+              });
 }
 
 void add_path_reuse_flag(FlagSet& flags, ImageSettings& o) {

@@ -10,6 +10,7 @@ class FlagSet;
 
 void add_light_flags(FlagSet& flags, LightOptions& options);
 void add_direct_samples_flag(FlagSet& flags, ImageSettings& settings);
+void add_reflection_samples_flag(FlagSet& flags, ImageSettings& settings);
 void add_path_reuse_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
 void add_photons_flag(FlagSet& flags, IntegratorSettings& settings);

@@ -184,6 +184,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
                               {"full", "regularized", "off"});
               });
   add_direct_samples_flag(flags, o);
+  add_reflection_samples_flag(flags, o);
   add_path_reuse_flag(flags, o);
   add_light_paths_flag(flags, o);
   add_photons_flag(flags, o.integrator);

@@ -115,6 +115,8 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
     add("light paths", *chosen > 0.0f ? fmt::format("for {:g} of the samples, chosen", *chosen) : "none, chosen");
   if (const std::optional<int>& chosen = summary.work.direct_samples)
     add("light samples", fmt::format("{} at the first surface, chosen", *chosen));
+  if (const std::optional<int>& chosen = summary.work.reflection_samples)
+    add("reflections", *chosen > 0 ? fmt::format("{} samples at the first surface, chosen", *chosen) : "none, chosen");
   if (const std::optional<int>& chosen = summary.work.path_reuse)
     add("path reuse", *chosen > 1 ? fmt::format("between {} pixels, chosen", *chosen) : "none, chosen");
   if (const std::optional<RateRule>& rule = summary.work.rate_rule)
@@ -181,6 +183,7 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
   const std::optional<float>& chosen = summary.work.light_paths;
   json["light_paths"] = chosen ? Json(*chosen) : Json();
   json["direct_samples"] = summary.work.direct_samples ? Json(*summary.work.direct_samples) : Json();
+  json["reflection_samples"] = summary.work.reflection_samples ? Json(*summary.work.reflection_samples) : Json();
   json["path_reuse"] = summary.work.path_reuse ? Json(*summary.work.path_reuse) : Json();
   json["sample_rates"] = summary.work.rate_rule ? Json(sample_rates_name(summary.work.rate_rule->kind())) : Json();
   json["memory_bytes"] = summary.sum_bytes;

@@ -31,6 +31,7 @@ uint32_t finished_samples(const Coverage& coverage) {
 std::string training_flag(uint64_t training_paths) { return fmt::format(" --training-paths {}", training_paths); }
 std::string light_paths_flag(float fraction) { return fmt::format(" --light-paths {}", fraction); }
 std::string direct_samples_flag(int samples) { return fmt::format(" --direct-samples {}", samples); }
+std::string reflection_samples_flag(int samples) { return fmt::format(" --reflection-samples {}", samples); }
 std::string path_reuse_flag(int pixels) { return fmt::format(" --path-reuse {}", pixels); }
 
 ImageMetadata metadata_of(const Accumulation& accumulation) {
@@ -42,6 +43,8 @@ ImageMetadata metadata_of(const Accumulation& accumulation) {
   if (state.work.training_paths && state.work.light_paths) command_line += light_paths_flag(*state.work.light_paths);
   if (state.work.training_paths && state.work.direct_samples)
     command_line += direct_samples_flag(*state.work.direct_samples);
+  if (state.work.training_paths && state.work.reflection_samples)
+    command_line += reflection_samples_flag(*state.work.reflection_samples);
   if (state.work.training_paths && state.work.path_reuse) command_line += path_reuse_flag(*state.work.path_reuse);
   if (!accumulation.identity.arguments.empty()) metadata.text["kindling:commandLine"] = command_line;
   metadata.integers["kindling:samplesPerPixel"] = static_cast<int>(finished_samples(state.coverage));

@@ -21,6 +21,7 @@ namespace kindling::app {
 // The same for light paths, which a time limit chooses, too.
 [[nodiscard]] std::string light_paths_flag(float fraction);
 [[nodiscard]] std::string direct_samples_flag(int samples);
+[[nodiscard]] std::string reflection_samples_flag(int samples);
 [[nodiscard]] std::string path_reuse_flag(int pixels);
 
 } // namespace kindling::app

@@ -45,9 +45,10 @@ std::string pilot_lines(const RenderStatistics& s, double mean_spp) {
                        l.fraction > 0.0f ? fmt::format("light paths for {:g} of the samples", l.fraction)
                                          : std::string("no light paths"),
                        l.predicted);
-  if (const SampleChoice& d = s.direct_samples; d.paths > 0)
+  if (const DirectSampleChoice& d = s.direct_samples; d.paths > 0)
     text += pilot_line("direct", d.pilot_s,
-                       fmt::format("{} light sample{} at the first surface", d.count, d.count == 1 ? "" : "s"),
+                       fmt::format("{} light sample{}{} at the first surface", d.count, d.count == 1 ? "" : "s",
+                                   d.reflections > 0 ? fmt::format(" and {} of reflections", d.reflections) : ""),
                        d.predicted);
   if (const SampleChoice& p = s.path_reuse; p.paths > 0)
     text += pilot_line("reuse", p.pilot_s,

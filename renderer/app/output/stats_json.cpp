@@ -127,6 +127,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["guiding"] = guiding_json(s.guiding, r.guiding);
   json["light_paths"] = light_paths_json(s.light_paths);
   json["direct_samples"] = choice_json("samples", s.direct_samples);
+  json["direct_samples"]["reflection_samples"] = s.direct_samples.reflections;
   json["path_reuse"] = choice_json("pixels", s.path_reuse);
   json["sample_rates"] = sample_rates_json(s.sample_rates);
   json["schedule"] = schedule_name(r.schedule);

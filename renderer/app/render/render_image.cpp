@@ -255,6 +255,8 @@ class ImageRender {
       report_.command_line += light_paths_flag(*outcome.work.light_paths);
     if (outcome.work.direct_samples && settings_.time_limit_s)
       report_.command_line += direct_samples_flag(*outcome.work.direct_samples);
+    if (outcome.work.reflection_samples && settings_.time_limit_s)
+      report_.command_line += reflection_samples_flag(*outcome.work.reflection_samples);
     if (outcome.work.path_reuse && settings_.time_limit_s)
       report_.command_line += path_reuse_flag(*outcome.work.path_reuse);
     if (checkpoint_) report_.checkpoint = checkpoint_->report();

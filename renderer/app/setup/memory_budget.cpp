@@ -125,7 +125,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const uint64_t tiles = 4 * d.max_images_of_material * kTileBytes + texels_of_images / Costs::kTexelsOfTableByte;
   WaveSetup waves{.aovs = request.aovs,
                   .light_groups = static_cast<uint32_t>(request.light_groups),
-                  .direct_samples = request.direct_samples,
+                  .max_shadow_rays = request.max_shadow_rays,
                   .path_reuse = request.path_reuse,
                   .trims_outliers = request.trims_outliers,
                   .light_paths = request.light_paths ? 1.0f : 0.0f};

@@ -27,7 +27,7 @@ struct MemoryRequest {
   AovSet aovs;
   size_t light_groups = 0; // maximum
   bool trims_outliers = false;
-  uint32_t direct_samples = 1;
+  uint32_t max_shadow_rays = 1; // IntegratorSettings::max_shadow_rays()
   uint32_t path_reuse = 1;
   bool light_paths = false;
   float photons = 0.0f; // IntegratorSettings::photons

@@ -59,8 +59,10 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
   request.size_px = options.crop ? options.crop->max - options.crop->min : image.size_px;
   request.aovs = options.recorded_aovs();
   request.trims_outliers = options.outliers == Outliers::trim;
-  request.direct_samples = static_cast<uint32_t>(options.chooses_direct_samples ? kMaxChosenDirectSamples
-                                                                                : options.integrator.direct_samples);
+  IntegratorSettings chosen = options.integrator;
+  if (options.chooses_direct_samples) chosen.direct_samples = kMaxChosenDirectSamples;
+  if (options.chooses_reflection_samples) chosen.reflection_samples = kMaxReflectionSamples;
+  request.max_shadow_rays = chosen.max_shadow_rays();
   request.path_reuse =
       options.chooses_path_reuse ? kMaxPathReuse : static_cast<uint32_t>(options.integrator.path_reuse);
   add_parts_of_light(options, scene.scene, image.posed, request);

@@ -73,7 +73,7 @@ struct WaveSink {
   static constexpr bool kBesideLightPaths = kBeside != Beside::nothing;
 
   const PathWave& wave;
-  uint32_t light_samples = 1; // at this surface: the most shadow rays that it adds
+  uint32_t max_shadow_rays = 1; // that this surface adds
   uint32_t first_shadow = 0, shadow_count = 0;
 
   [[nodiscard]] static WaveSink of(const PathWave& wave) { return {wave}; }
@@ -84,8 +84,8 @@ struct WaveSink {
   }
   void add_shadow(const accel::Ray& ray, const ShadowRecord& record) {
     if (shadow_count == 0) {
-      first_shadow = wave.shadows.take_places(light_samples);
-      for (uint32_t i = 1; i < light_samples; ++i) {
+      first_shadow = wave.shadows.take_places(max_shadow_rays);
+      for (uint32_t i = 1; i < max_shadow_rays; ++i) {
         wave.shadow_records[first_shadow + i].count = 0;
         wave.shadow_records[first_shadow + i].is_ray = false;
       }
@@ -185,7 +185,10 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
     sampled.draws = draw_bounce(address.address, address.dimension);
     sampled.light_probabilities = stages.learned_probabilities(surface);
     query = PathStages::light_query(surface, ray.time, sampled);
-    if (stages.samples_light(surface)) lights.count = sink.light_samples = stages.light_sample_count(path.state);
+    if (stages.samples_light(surface)) {
+      lights.count = stages.light_sample_count(path.state);
+      sink.max_shadow_rays = stages.max_shadow_rays(path.state);
+    }
   }
   add_shapes();
   stages.shade_hit(ray, hit, surface, sampled, lights, path, sink);

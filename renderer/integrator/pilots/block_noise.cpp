@@ -22,7 +22,8 @@ constexpr double kFloorShare = 0.1;  // of the image's mean luminance: below, th
 constexpr double kCameraCost = 0.75; // of a camera ray and its sample, in rays of bounces and shadows
 
 // Luminance of the pixels of a block, by setting and run.
-using BlockLuminance = std::array<std::array<std::vector<double>, kRuns>, 2>;
+using BlockLuminance = std::array<std::array<std::vector<double>, kRuns>, kMaxNoiseSettings>;
+using Errors = std::array<double, kMaxNoiseSettings>; // by setting
 
 double square_of(double x) { return x * x; }
 
@@ -33,25 +34,26 @@ double mean_of(const std::vector<double>& values) {
 }
 
 // Returns the squared relative errors of all pixels, summed for each setting.
-std::array<double, 2> relative_errors(const std::vector<BlockLuminance>& blocks) {
+Errors relative_errors(const std::vector<BlockLuminance>& blocks, size_t settings) {
   double sum = 0.0;
   for (const BlockLuminance& block : blocks) sum += mean_of(block[0][0]);
   const double floor = kFloorShare * sum / static_cast<double>(blocks.size());
-  std::vector<std::array<double, 2>> errors;
+  std::vector<Errors> errors;
   for (const BlockLuminance& block : blocks) {
+    if (block[0][1].empty()) continue; // background
     const double scale2 = square_of(0.5 * (mean_of(block[0][0]) + mean_of(block[0][1]))) + square_of(floor);
     if (!(scale2 > 0.0)) continue;
     for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel) {
-      std::array<double, 2>& error = errors.emplace_back();
-      for (size_t i = 0; i < 2; ++i) error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
+      Errors& error = errors.emplace_back();
+      for (size_t i = 0; i < settings; ++i) error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
     }
   }
   std::sort(errors.begin(), errors.end(),
-            [](const auto& a, const auto& b) { return std::pair(a[0] + a[1], a[0]) < std::pair(b[0] + b[1], b[0]); });
+            [](const Errors& a, const Errors& b) { return std::pair(a[0] + a[1], a) < std::pair(b[0] + b[1], b); });
   errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - kTrimmed)));
-  std::array<double, 2> sums{};
-  for (const auto& error : errors)
-    for (size_t i = 0; i < 2; ++i) sums[i] += error[i];
+  Errors sums{};
+  for (const Errors& error : errors)
+    for (size_t i = 0; i < settings; ++i) sums[i] += error[i];
   return sums;
 }
 
@@ -67,8 +69,9 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
   const V2i size_px = camera.size_px();
   const PilotGrid grid = make_pilot_grid(size_px, settings.paths / shape.paths_per_block(), shape.side);
   std::vector<BlockLuminance> blocks(grid.blocks.size());
+  std::vector<uint8_t> is_lit(grid.blocks.size(), 1); // after the first run: a path has sampled a light
   measured.complete = true;
-  for (size_t setting = 0; setting < 2 && measured.complete; ++setting)
+  for (size_t setting = 0; setting < shape.settings && measured.complete; ++setting)
     for (size_t run = 0; run < kRuns && measured.complete; ++run) {
       IntegratorSettings one = settings.integrator;
       one.light_paths = 0.0f;
@@ -79,9 +82,12 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
       const PathIntegrator integrator(one, world, camera, sampler, settings.filter, AovSet{}, settings.guide);
       const PilotWork work =
           run_pilot_tasks(integrator, world, stopped, grid.blocks.size(), [&](size_t number, PathContext& context) {
+            if (!is_lit[number]) return;
             const PixelRect& block = grid.blocks[number];
+            const uint64_t shadow_rays = context.counters.shadow;
             Film film(size_px, block, AovSet{});
             if (integrator.render_block(block, {0, shape.samples}, context, film) < shape.samples) return;
+            if (setting == 0 && run == 0) is_lit[number] = context.counters.shadow > shadow_rays ? 1 : 0;
             std::vector<float> rgb;
             // Else this thread would take another task meanwhile.
             tbb::this_task_arena::isolate([&] { rgb = film.resolve(Aov::beauty); });
@@ -91,17 +97,14 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
           });
       measured.complete = work.complete;
       choice.rays.add(work.rays);
+      choice.paths += work.rays.paths;
       choice.busy_s += work.busy_s;
       measured.shadow_rays[setting] += static_cast<double>(work.rays.shadow);
-      if (setting == 0)
-        measured.other_cost +=
-            kCameraCost * static_cast<double>(work.rays.camera) + static_cast<double>(work.rays.bounce);
+      if (setting > 0) continue;
+      measured.other_cost += static_cast<double>(work.rays.bounce);
+      if (run == 0) measured.other_cost += kRuns * kCameraCost * static_cast<double>(work.rays.camera);
     }
-  if (measured.complete) {
-    for (const PixelRect& block : grid.blocks)
-      choice.paths += static_cast<uint64_t>(block.pixel_count()) * 2 * kRuns * shape.samples;
-    measured.error = relative_errors(blocks);
-  }
+  if (measured.complete) measured.error = relative_errors(blocks, shape.settings);
   choice.pilot_s = std::chrono::duration<double>(Clock::now() - start).count();
   return measured;
 }

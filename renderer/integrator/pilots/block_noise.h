@@ -36,19 +36,24 @@ struct SampleChoice {
   double busy_s = 0.0;    // summed over the threads
 };
 
-// The blocks that a pilot renders, each with both settings and twice with either.
+inline constexpr size_t kMaxNoiseSettings = 3;
+
+// The blocks that a pilot renders, each with all settings and twice with any.
 struct NoiseBlocks {
   int side = 0; // in pixels, at most kBlockSize
   uint32_t samples = 0;
+  size_t settings = 2; // at most kMaxNoiseSettings
 
-  [[nodiscard]] uint64_t paths_per_block() const { return uint64_t{4} * samples * static_cast<uint64_t>(side * side); }
+  [[nodiscard]] uint64_t paths_per_block() const {
+    return uint64_t{2} * settings * samples * static_cast<uint64_t>(side * side);
+  }
 };
 
-// Noise and cost of two settings.
+// Noise and cost of the settings.
 struct MeasuredNoise {
-  bool complete = false;         // neither stopped nor too few paths for a block
-  std::array<double, 2> error{}; // squared relative errors, summed over the same pixels
-  std::array<double, 2> shadow_rays{};
+  bool complete = false;                         // neither stopped nor too few paths for a block
+  std::array<double, kMaxNoiseSettings> error{}; // squared relative errors, summed over the same pixels
+  std::array<double, kMaxNoiseSettings> shadow_rays{};
   double other_cost = 0.0; // of the first setting: camera rays, samples and bounces, in rays
 
   [[nodiscard]] double cost() const { return other_cost + shadow_rays[0]; } // of the first setting
@@ -61,9 +66,10 @@ struct CountCost {
   double of_one_more = 0.0;
 };
 
-// Renders blocks with settings.integrator as `change(_, 0)` and as `change(_, 1)` leave it, which
-// differ in nothing that changes the paths themselves. Both have the same paths, so their
-// difference in noise is that of the change. Adds its cost to `choice`.
+// Renders blocks with settings.integrator as `change(_, number)` leaves it, which changes nothing
+// of the paths themselves. Blocks that sample no light, the background, are rendered once and do
+// not count. All settings have the same paths, so their differences in noise are those of the
+// changes. Adds its cost to `choice`.
 //
 // A function of world, camera and settings: threads do not change it. Runs on the threads of the
 // current TBB arena. `stopped` is polled between blocks and may be empty.
@@ -72,8 +78,8 @@ struct CountCost {
                                           const std::function<void(IntegratorSettings&, size_t)>& change,
                                           const std::function<bool()>& stopped, SampleChoice& choice);
 
-// Sets the best of these numbers, the last of which is the second setting, if it divides error
-// times cost by `min_gain` at least. With n of them the error is a + b / n.
+// Sets the best of these numbers, the last of which is the second of two settings, if it divides
+// error times cost by `min_gain` at least. With n of them the error is a + b / n.
 void choose_count(const MeasuredNoise& measured, std::span<const int> counts, const CountCost& cost, double min_gain,
                   SampleChoice& choice);
 

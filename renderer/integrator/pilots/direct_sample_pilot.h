@@ -1,4 +1,4 @@
-// A pilot that chooses the number of light samples at a path's first surface.
+// A pilot that chooses the light samples and reflection samples at a path's first surface.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,15 +6,28 @@
 
 namespace kindling {
 
-// Renders blocks all over the image with one light sample at the first surface and with
-// kMaxChosenDirectSamples (block_noise.h). The noise with n samples is then a + b / n, at a cost of
-// c + d n; the best n is chosen if it divides their product by kMinDirectSampleGain. Once `stopped`
-// returns true, the choice is 1.
-[[nodiscard]] SampleChoice choose_direct_samples(const World& world, const Camera& camera,
-                                                 const SamplePilotSettings& settings,
-                                                 const std::function<bool()>& stopped);
+// The numbers that the pilot may choose; else settings.integrator has the number.
+struct DirectSampleChoices {
+  bool lights = true, reflections = true;
+};
+
+struct DirectSampleChoice : SampleChoice { // `count`: of light samples
+  int reflections = 0;                     // IntegratorSettings::reflection_samples
+};
+
+// Renders blocks all over the image with one light sample at the first surface, with
+// kMaxChosenDirectSamples, and with two reflection samples as well (block_noise.h). The noise with
+// n light samples and r reflection samples is then a + b / n + s / (1 + r), as the path itself
+// takes one direction; the cost is c + d n + e r. The numbers are chosen that have the least
+// product, if that is kMinDirectSampleGain times less than with one light sample, and
+// kMinReflectionGain times less than without reflection samples. Once `stopped` returns true, the
+// choice is 1 and 0.
+[[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
+                                                       const SamplePilotSettings& settings, DirectSampleChoices open,
+                                                       const std::function<bool()>& stopped);
 
 inline constexpr int kMaxChosenDirectSamples = 4;
 inline constexpr double kMinDirectSampleGain = 1.1;
+inline constexpr double kMinReflectionGain = 1.03;
 
 } // namespace kindling

@@ -18,9 +18,10 @@ enum Dimension : uint32_t {
   kFirstBounceDimension = 8,
 
   // Relative to the bounce:
-  kDirectionDimension = 0, // 4-D: wavelength, choice of the lobe, direction (BounceDraws)
-  kLightDimension = 1,     // 4-D: choice of the light, point on it, roulette, and a spare one that refines the choice
-  kCoverageDimension = 4,  // 1-D, for the first partly transparent surface; later ones are hashed
+  kDirectionDimension = 0,  // 4-D: wavelength, choice of the lobe, direction (BounceDraws)
+  kLightDimension = 1,      // 4-D: choice of the light, point on it, roulette, and a spare one that refines the choice
+  kReflectionDimension = 2, // 4-D: direction, nothing, choice of the lobe (LightDraws)
+  kCoverageDimension = 4,   // 1-D, for the first partly transparent surface; later ones are hashed
   kBounceDimensions = 8,
 };
 

@@ -98,13 +98,14 @@ class GuidedBsdf {
     float bsdf_pdf = 0.0f; // density without guiding
     float cosine = 0.0f;
     Lobe lobe = Lobe::diffuse;
+    float reflection_pdf = 0.0f; // of SurfaceBsdf::sample_reflection()
   };
   [[nodiscard]] std::optional<Sample> sample(float u_lobe, const V2f& u) const {
     assert(u_lobe >= 0.0f && u_lobe < 1.0f);
     if (!is_guided()) {
       const std::optional<BsdfSample> s = bsdf_.sample(u_lobe, u);
       if (!s) return std::nullopt;
-      return Sample{frame_.to_world(s->wi), s->weight, s->pdf, s->pdf, s->wi.z, s->lobe};
+      return Sample{frame_.to_world(s->wi), s->weight, s->pdf, s->pdf, s->wi.z, s->lobe, s->reflection_pdf};
     }
     // u_lobe selects the guide, then what it leaves of the visible normals, then what it leaves of
     // the cosine lobe.
@@ -121,7 +122,7 @@ class GuidedBsdf {
     const V3f wi = frame_.to_world(s->wi);
     if (s->pdf == 0.0f) return Sample{wi, s->weight, 0.0f, 0.0f, s->wi.z, s->lobe}; // delta directions are not guided
     const float pdf = mixed(s->pdf, s->wi.z, wi);
-    return Sample{wi, s->weight * (s->pdf / pdf), pdf, s->pdf, s->wi.z, s->lobe};
+    return Sample{wi, s->weight * (s->pdf / pdf), pdf, s->pdf, s->wi.z, s->lobe, s->reflection_pdf};
   }
 
   [[nodiscard]] const SurfaceBsdf& bsdf() const { return bsdf_; }
@@ -176,7 +177,13 @@ class GuidedBsdf {
     if (is_black(eval.value) || !(eval.pdf > 0.0f)) return std::nullopt;
     const float pdf = mixed(eval.pdf, local.z, *wi);
     const float u_lobe = hash_to_unit(u);
-    return Sample{*wi, eval.value * (1.0f / pdf), pdf, eval.pdf, local.z, lobe_of(local.z, u_lobe * eval.pdf)};
+    return Sample{*wi,
+                  eval.value * (1.0f / pdf),
+                  pdf,
+                  eval.pdf,
+                  local.z,
+                  lobe_of(local.z, u_lobe * eval.pdf),
+                  eval.reflection_pdf};
   }
   [[nodiscard]] std::optional<V3f> sample_environment(const V2f& u) const {
     const V3f wi = environment_->sample(u).wi;

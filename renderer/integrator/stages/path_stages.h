@@ -10,6 +10,7 @@
 #include "renderer/guiding/volume_guide.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/stages/guided_scattering.h"
+#include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/integrator/stages/path_state.h"
 #include "renderer/sampling/bounce_draws.h"
@@ -38,6 +39,7 @@ struct PathInFlight {
 struct SurfaceDraws {
   BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
   const LightProbabilities* light_probabilities = nullptr; // learned for the surface's position; null: none
+  const LightDraws* reflections = nullptr; // of reflection_sample_count() samples; null: drawn when they are used
 };
 
 // A light sample whose shadow ray is not traced yet.
@@ -120,6 +122,22 @@ struct PathStages {
   [[nodiscard]] uint32_t light_sample_count(const PathState& state) const {
     return state.bounce == 0 ? static_cast<uint32_t>(settings.direct_samples) : 1;
   }
+  // Returns the most shadow rays that it has there.
+  [[nodiscard]] uint32_t max_shadow_rays(const PathState& state) const {
+    return state.bounce == 0 ? settings.max_shadow_rays() : 1;
+  }
+  // Returns the number of reflection samples of a path at a surface, beside light samples: of the
+  // environment, in directions of the glossy lobes alone, which a path seldom takes by itself.
+  [[nodiscard]] uint32_t reflection_sample_count(const Vertex& vertex, const PathState& state) const {
+    return state.bounce == 0 && settings.reflection_samples > 0 && world->lights.has_environment &&
+                   vertex.bsdf.bsdf().has_microfacets()
+               ? static_cast<uint32_t>(settings.reflection_samples)
+               : 0;
+  }
+  // Returns what the random numbers of one of them are drawn for: LightDraws.
+  [[nodiscard]] static BounceAddress reflection_address(const PathInFlight& path, uint32_t number, uint32_t count) {
+    return {light_sample_address(path.sample.address, number, count), path.state.dimension(kReflectionDimension - 1)};
+  }
   // Returns what the random numbers of a surface that reflects are drawn for: SurfaceDraws::draws.
   [[nodiscard]] static BounceAddress draws_address(const PathInFlight& path) {
     return {path.sample.address, path.state.dimension(kDirectionDimension)};
@@ -178,17 +196,28 @@ struct PathStages {
   void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
                Sink& sink) const;
   [[nodiscard]] static bool may_receive(const Vertex& vertex, const V3f& wi);
-  // Adds the shadow rays of all light samples.
+  // The light samples at a surface and the reflection samples, which follow them.
+  struct DirectCounts {
+    uint32_t lights = 0, reflections = 0;
+    [[nodiscard]] uint32_t all() const { return lights + reflections; }
+  };
+  // Adds the shadow rays of all of them.
   template <typename Lights, typename Sink>
   void add_lights(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
                   ReusedPath* reused) const;
   template <typename Lights, typename Sink>
-  void add_lights_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path, Sink& sink,
-                           ReusedPath* reused) const; // step of it
-  // Adds the shadow ray of light sample `number` of `count`.
+  void add_lights_together(const Vertex& vertex, const Lights& lights, const DirectCounts& counts,
+                           const PathInFlight& path, Sink& sink, ReusedPath* reused) const; // step of it
+  // Returns the direction of a reflection sample; none: it finds no light.
+  [[nodiscard]] static std::optional<V3f> reflection_direction(const Vertex& vertex, uint32_t number, uint32_t count,
+                                                               const PathInFlight& path);
+  // Returns the light of such a direction, with the density that light samples have for it.
+  [[nodiscard]] LightSample reflected_light(const Vertex& vertex, const V3f& wi,
+                                            const EnvironmentView::Location& at) const;
+  // Adds the shadow ray of light sample or reflection sample `number`.
   template <typename Sink>
   void light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval, uint32_t number,
-                    uint32_t count, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
+                    const DirectCounts& counts, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;

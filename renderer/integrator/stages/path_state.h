@@ -29,6 +29,9 @@ struct PathState {
   // Arguments of light sampling at the last reflection, from which its density for the ray follows.
   V3f previous_position{0.0f};
   V3f previous_normal{0.0f};
+  // The density of all reflection samples together over that of the direction, if they compete with
+  // it; else 0.
+  float reflection_ratio = 0.0f;
   const LightProbabilities* light_probabilities = nullptr;
   RayCone cone{.spread = -1.0f}; // footprint of the sample along its ray; spread below 0: not set yet, a camera ray
   float alpha = 1.0f;

@@ -130,57 +130,118 @@ inline bool PathStages::may_receive(const Vertex& vertex, const V3f& wi) {
   return vertex.layers ? front == (wi.dot(vertex.frame.normal) > 0.0f) : front;
 }
 
+inline std::optional<V3f> PathStages::reflection_direction(const Vertex& vertex, uint32_t number, uint32_t count,
+                                                           const PathInFlight& path) {
+  LightDraws draws;
+  if (vertex.sampled.reflections) {
+    draws = vertex.sampled.reflections[number];
+  } else {
+    const BounceAddress address = reflection_address(path, number, count);
+    const BounceDraws both = draw_bounce(address.address, address.dimension);
+    draws = {both.light, both.spare};
+  }
+  const std::optional<V3f> wi = vertex.bsdf.bsdf().sample_reflection(draws.spare, draws.light);
+  return wi && wi->z > 0.0f ? std::optional(vertex.frame.to_world(*wi)) : std::nullopt;
+}
+
+inline LightSample PathStages::reflected_light(const Vertex& vertex, const V3f& wi,
+                                               const EnvironmentView::Location& at) const {
+  const EnvironmentEval environment = world->lights.environment_eval(
+      vertex.surface.position, vertex.surface.light_normal(), at, vertex.sampled.light_probabilities);
+  return {.wi = wi,
+          .distance = kInfinity,
+          .radiance = environment.radiance,
+          .pdf = environment.pdf,
+          .kind = LightKind::environment};
+}
+
 template <typename Lights, typename Sink>
 [[gnu::always_inline]] inline void PathStages::add_lights(const Vertex& vertex, const Lights& lights,
                                                           const PathInFlight& path, Sink& sink,
                                                           ReusedPath* reused) const {
   const auto count = static_cast<uint32_t>(lights.size());
+  if (count == 0) return;
+  const DirectCounts counts{count, reflection_sample_count(vertex, path.state)};
   if constexpr (requires { lights.data(); }) { // all are there, and not sampled one after the other
-    if (count >= kMinEvalsTogether) {
-      add_lights_together(vertex, lights, path, sink, reused);
+    if (counts.all() >= kMinEvalsTogether) {
+      add_lights_together(vertex, lights, counts, path, sink, reused);
       return;
     }
   }
-  for (uint32_t number = 0; number < count; ++number)
-    if (const std::optional<LightSample>& light = lights[number]; light && may_receive(vertex, light->wi))
-      light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, count, path, sink, reused);
+  for (uint32_t number = 0; number < counts.all(); ++number) {
+    std::optional<LightSample> light;
+    if (number < count) {
+      light = lights[number];
+    } else if (const std::optional<V3f> wi = reflection_direction(vertex, number - count, counts.reflections, path)) {
+      light = reflected_light(vertex, *wi, world->lights.locate_in_environment(*wi));
+    }
+    if (light && may_receive(vertex, light->wi))
+      light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, counts, path, sink, reused);
+  }
 }
 
-// Adds several light samples. The BSDF is evaluated towards all of them together.
+// Adds several samples. The BSDF is evaluated towards as many of them together as possible.
 template <typename Lights, typename Sink>
-inline void PathStages::add_lights_together(const Vertex& vertex, const Lights& lights, const PathInFlight& path,
-                                            Sink& sink, ReusedPath* reused) const {
-  static_assert(kMaxDirectSamples <= kEvalsTogether || kEvalsTogether == 1);
-  std::array<V3f, kMaxDirectSamples> directions;
-  std::array<uint32_t, kMaxDirectSamples> numbers;
-  const auto count = static_cast<uint32_t>(lights.size());
-  size_t ready = 0;
-  for (uint32_t number = 0; number < count; ++number) {
+inline void PathStages::add_lights_together(const Vertex& vertex, const Lights& lights, const DirectCounts& counts,
+                                            const PathInFlight& path, Sink& sink, ReusedPath* reused) const {
+  constexpr size_t kMaxSamples = kMaxDirectSamples + kMaxReflectionSamples;
+  std::array<V3f, kMaxSamples> directions;
+  std::array<uint32_t, kMaxSamples> numbers;
+  std::array<EnvironmentView::Location, kMaxReflectionSamples> locations;
+  std::array<EnvironmentView::Location*, kMaxReflectionSamples> located;
+  uint32_t ready = 0, reflected = 0;
+  for (uint32_t number = 0; number < counts.lights; ++number) {
     const std::optional<LightSample>& light = lights[number];
     if (!light || !may_receive(vertex, light->wi)) continue;
     directions[ready] = light->wi;
     numbers[ready++] = number;
   }
-  BsdfEvals evals;
-  vertex.bsdf.eval(std::span(directions).first(ready), evals);
-  for (size_t i = 0; i < ready; ++i)
-    light_vertex(vertex, *lights[numbers[i]], {evals.values[i], evals.pdfs[i]}, numbers[i], count, path, sink, reused);
+  for (uint32_t number = 0; number < counts.reflections; ++number) {
+    const std::optional<V3f> wi = reflection_direction(vertex, number, counts.reflections, path);
+    if (!wi || !may_receive(vertex, *wi)) continue;
+    directions[ready] = *wi;
+    located[reflected++] = &locations[number];
+    numbers[ready++] = counts.lights + number;
+  }
+  world->lights.locate_in_environment(std::span(directions).subspan(ready - reflected, reflected),
+                                      std::span(located).first(reflected));
+  for (uint32_t first = 0; first < ready; first += kEvalsTogether) {
+    const uint32_t end = std::min<uint32_t>(ready, first + kEvalsTogether);
+    BsdfEvals evals;
+    vertex.bsdf.eval(std::span(directions).subspan(first, end - first), evals);
+    for (uint32_t i = first; i < end; ++i) {
+      const uint32_t number = numbers[i];
+      if (number < counts.lights)
+        light_vertex(vertex, *lights[number], evals[i - first], number, counts, path, sink, reused);
+      else
+        light_vertex(vertex, reflected_light(vertex, directions[i], locations[number - counts.lights]),
+                     evals[i - first], number, counts, path, sink, reused);
+    }
+  }
 }
 
 // Next-event estimation, given the BSDF towards the light. A contribution is added to the path once
-// its shadow ray is traced.
+// its shadow ray is traced. Where there are reflection samples, light of the environment is found
+// by three techniques: the power heuristic weights light samples against directions of the BSDF,
+// and the balance heuristic those of reflection samples against the one of the path.
 template <typename Sink>
 inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval,
-                                     uint32_t number, uint32_t count, const PathInFlight& path, Sink& sink,
+                                     uint32_t number, const DirectCounts& counts, const PathInFlight& path, Sink& sink,
                                      ReusedPath* reused) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
-  assert(light.pdf > 0.0f);
   const float side = light.wi.dot(surface.geometric_normal);
   if (is_black(eval.value)) return;
-  const float pdf = light.pdf * static_cast<float>(count); // of all samples together
-  const float weight = light.delta ? 1.0f : power_heuristic(pdf, eval.pdf);
-  Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / pdf);
+  // Densities of all samples together.
+  const float pdf = light.pdf * static_cast<float>(counts.lights);
+  float directions_pdf = eval.pdf;
+  if (counts.reflections > 0 && light.kind == LightKind::environment)
+    directions_pdf += static_cast<float>(counts.reflections) * eval.reflection_pdf;
+  const bool reflected = number >= counts.lights;
+  const float density = reflected ? directions_pdf : pdf;
+  if (!(density > 0.0f)) return;
+  const float weight = light.delta ? 1.0f : power_heuristic(density, reflected ? pdf : directions_pdf);
+  Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / density);
   if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light.distance, path);
   if (joins_light_paths<Sink>()) contribution *= light_path_weight(vertex, light, side, state);
   const uint32_t key = ray_key(path.sample, state.dimension(kLightDimension));
@@ -190,7 +251,7 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   sink.offer_light(vertex, light, contribution);
   if (Sink::kReuses && reused && state.bounce == 1) {
     reused->light_wi = light.wi;
-    sink.add_shadow(ray, {light.radiance * (weight / pdf), path.slot, kReusedLight});
+    sink.add_shadow(ray, {light.radiance * (weight / density), path.slot, kReusedLight});
     return;
   }
   sink.add_shadow(ray, {contribution, path.slot, state.light_class(state.bounce + 1U)});
@@ -240,11 +301,13 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
 
   if constexpr (Sink::kSplits) sink.scatter_first(vertex, *scattered, path);
   const auto lights = static_cast<float>(light_sample_count(state));
+  const auto reflections = static_cast<float>(reflection_sample_count(vertex, state));
   if (joins_light_paths<Sink>()) note_scattered(vertex, *scattered, state);
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
   state.bsdf_pdf = scattered->pdf / lights;
+  state.reflection_ratio = scattered->pdf > 0.0f ? reflections * scattered->reflection_pdf / scattered->pdf : 0.0f;
   state.previous_position = surface.position;
   state.previous_normal = surface.light_normal();
   state.light_probabilities = vertex.sampled.light_probabilities;
@@ -294,7 +357,9 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
   if (state.bsdf_pdf > 0.0f) {
     const EnvironmentEval environment =
         world->lights.environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
-    radiance = environment.radiance * power_heuristic(state.bsdf_pdf, environment.pdf);
+    // Directions of reflection samples compete, too (light_vertex()).
+    const float directions = 1.0f + state.reflection_ratio;
+    radiance = environment.radiance * (power_heuristic(state.bsdf_pdf * directions, environment.pdf) / directions);
   } else {
     radiance = world->lights.environment_radiance(at);
   }

@@ -45,16 +45,22 @@ uint64_t rate_pilot_paths(const RenderSettings& settings) {
   return std::clamp(pixels * settings.planned() / kSamplesPerPath, kMinPaths, kMaxPaths);
 }
 
-// Chooses light samples for the whole image, as a guide is trained for it: crop, samples, threads
-// and device do not change them.
-SampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
-                                    const Guide* guide, const std::function<bool()>& stopped) {
-  SampleChoice choice{.count = settings.integrator.direct_samples};
-  if (!std::exchange(settings.chooses_direct_samples, false)) return choice;
-  if (settings.integrator.kind == IntegratorKind::path && settings.integrator.light_paths == 0.0f &&
-      settings.integrator.photons == 0.0f && !world.lights.empty())
-    choice = choose_direct_samples(world, camera, pilot_of(settings, guide), stopped);
-  settings.integrator.direct_samples = choice.count;
+// Chooses light samples and reflection samples for the whole image, as a guide is trained for it:
+// crop, samples, threads and device do not change them.
+DirectSampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
+                                          const Guide* guide, const std::function<bool()>& stopped) {
+  IntegratorSettings& integrator = settings.integrator;
+  DirectSampleChoice choice{{.count = integrator.direct_samples}, integrator.reflection_samples};
+  const DirectSampleChoices open{std::exchange(settings.chooses_direct_samples, false),
+                                 std::exchange(settings.chooses_reflection_samples, false)};
+  if ((open.lights || open.reflections) && integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f &&
+      integrator.photons == 0.0f && !world.lights.empty()) {
+    SamplePilotSettings pilot = pilot_of(settings, guide);
+    pilot.paths *= 2; // three settings
+    choice = choose_direct_samples(world, camera, pilot, open, stopped);
+  }
+  integrator.direct_samples = choice.count;
+  integrator.reflection_samples = choice.reflections;
   return choice;
 }
 

@@ -13,7 +13,8 @@ namespace kindling {
 struct PreparedPaths {
   TrainedGuide trained;
   LightPathChoice light_paths;
-  SampleChoice path_reuse, direct_samples;
+  SampleChoice path_reuse;
+  DirectSampleChoice direct_samples;
   RateChoice sample_rates;
 
   [[nodiscard]] double busy_s() const {

@@ -38,6 +38,7 @@ TrainedGuide train_guide(const World& world, const Camera& camera, const RenderS
                                  .only_if_worthwhile = settings.guiding == Guiding::automatic,
                                  .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
   training.integrator.direct_samples = 1; // a record of light is of one sample
+  training.integrator.reflection_samples = 0;
   return train_guide(world, camera, training, stopped, on_done);
 }
 
