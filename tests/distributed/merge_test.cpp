@@ -350,20 +350,26 @@ TEST_F(Merge, DetectsDamageAnywhere) {
   }
 }
 
-// Parts of machines with and without devices, of which only the former lack light paths.
-TEST_F(Merge, RefusesOtherLightPaths) {
+// Parts for which a pilot has chosen, and others for which none has: only machines without devices
+// choose light paths.
+TEST_F(Merge, RefusesOtherChoicesOfPilots) {
   const SplitScene scene({SplitKind::light_paths, accel::Kind::kdtree});
-  RenderSettings settings = quick_settings(scene);
-  settings.planned_samples = 1024;
-  const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
-  settings.chooses_light_paths = false;
-  const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
-  const std::vector<fs::path> files{a, b};
-  const Result<MergePlan> plan = plan_merge(files, {});
-  ASSERT_TRUE(plan.ok()) << plan.error().message;
-  const Result<Accumulation> merged = merge_accumulations(plan.value(), nullptr, {});
-  ASSERT_FALSE(merged.ok());
-  EXPECT_NE(merged.error().message.find("b.kacc: has other light paths"), std::string::npos) << merged.error().message;
+  using Choice = std::pair<bool RenderSettings::*, const char*>;
+  for (const auto& [open, words] : {Choice{&RenderSettings::chooses_light_paths, "other light paths"},
+                                    Choice{&RenderSettings::chooses_reflection_samples, "reflection samples"}}) {
+    RenderSettings settings = quick_settings(scene);
+    settings.planned_samples = 1024;
+    settings.chooses_light_paths = false;
+    settings.*open = true;
+    const fs::path a = render_part(scene, settings, "a", {PartNumber{1, 2}, {}});
+    settings.*open = false;
+    const fs::path b = render_part(scene, settings, "b", {PartNumber{2, 2}, {}});
+    const Result<MergePlan> plan = plan_merge(std::vector{a, b}, {});
+    ASSERT_TRUE(plan.ok()) << plan.error().message;
+    const Result<Accumulation> merged = merge_accumulations(plan.value(), nullptr, {});
+    ASSERT_FALSE(merged.ok());
+    EXPECT_NE(merged.error().message.find(words), std::string::npos) << merged.error().message;
+  }
 }
 
 TEST_F(Merge, GapsAreListed) {

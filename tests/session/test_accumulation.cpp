@@ -75,7 +75,12 @@ RenderState random_state(const V2i& size_px, const PixelRect& area, bool everyth
     if (i % 13 == 5) state.coverage.set_stopped(i);
   }
   state.work = {0.1, 1e9 / 3.0, {}, 3};
-  if (everything) state.work.light_paths = 0.125f;
+  if (everything) {
+    state.work.light_paths = 0.125f;
+    state.work.direct_samples = 3;
+    state.work.reflection_samples = 2;
+    state.work.path_reuse = 4;
+  }
   state.work.rays.camera = uint64_t{1} << 60;
   state.work.rays.whitted.cache_bypasses = 5;
   state.work.rays.add_non_finite(V2i(4, 5), 17);
@@ -102,6 +107,9 @@ void expect_same(const RenderState& a, const RenderState& b) {
   EXPECT_EQ(a.work.render_s, b.work.render_s);
   EXPECT_EQ(a.work.thread_s, b.work.thread_s);
   EXPECT_EQ(a.work.runs, b.work.runs);
+  EXPECT_EQ(a.work.direct_samples, b.work.direct_samples);
+  EXPECT_EQ(a.work.reflection_samples, b.work.reflection_samples);
+  EXPECT_EQ(a.work.path_reuse, b.work.path_reuse);
   EXPECT_EQ(a.work.rays.camera, b.work.rays.camera);
   EXPECT_EQ(a.work.rays.whitted.cache_bypasses, b.work.rays.whitted.cache_bypasses);
   EXPECT_EQ(a.work.rays.non_finite, b.work.rays.non_finite);
