@@ -17,7 +17,6 @@ namespace {
 constexpr uint32_t kSamples = 8;
 constexpr int kSide = 4; // of a block, in pixels: many small blocks see more of the image
 constexpr int kMeasuredReflections = 2;
-constexpr double kReflectionCost = 0.8; // of a reflection sample, in its shadow rays
 
 struct Counts {
   int lights = 1, reflections = 0;
@@ -76,21 +75,22 @@ DirectSampleChoice choose_direct_samples(const World& world, const Camera& camer
   if (open.reflections) {
     const size_t before = measured_counts.size() - 2;
     model.of_reflections = falling(before, 1.0 - 1.0 / (1 + kMeasuredReflections));
-    model.reflection_cost = kReflectionCost * more_rays(before) / kMeasuredReflections;
+    model.reflection_cost = more_rays(before) / kMeasuredReflections;
   }
-  const auto choose = [&](int reflections, double min_gain) {
+  double max_product = 1.0 / kMinDirectSampleGain;
+  const auto choose = [&](int reflections) {
     for (int lights = given.lights; lights <= (open.lights ? kMaxChosenDirectSamples : given.lights); ++lights) {
       const double product = model.product({lights, reflections});
-      if (product * kMinDirectSampleGain > 1.0 || product * min_gain >= choice.predicted) continue;
+      if (product > max_product || product >= choice.predicted) continue;
       choice.predicted = product;
       choice.count = lights;
       choice.reflections = reflections;
     }
   };
-  choose(given.reflections, 1.0);
+  choose(given.reflections);
+  max_product = choice.predicted / kMinDirectSampleGain;
   if (open.reflections)
-    for (const int reflections : {1, 2, kMaxReflectionSamples})
-      choose(reflections, choice.reflections == 0 ? kMinReflectionGain : 1.0);
+    for (const int reflections : {1, 2, kMaxReflectionSamples}) choose(reflections);
   return choice;
 }
 

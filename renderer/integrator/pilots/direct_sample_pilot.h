@@ -18,16 +18,14 @@ struct DirectSampleChoice : SampleChoice { // `count`: of light samples
 // Renders blocks all over the image with one light sample at the first surface, with
 // kMaxChosenDirectSamples, and with two reflection samples as well (block_noise.h). The noise with
 // n light samples and r reflection samples is then a + b / n + s / (1 + r), as the path itself
-// takes one direction; the cost is c + d n + e r. The numbers are chosen that have the least
-// product, if that is kMinDirectSampleGain times less than with one light sample, and
-// kMinReflectionGain times less than without reflection samples. Once `stopped` returns true, the
-// choice is 1 and 0.
+// takes one direction; the cost is c + d n + e r. The numbers with the smallest product are chosen
+// if it is kMinDirectSampleGain times less than with one light sample and, where there are
+// reflection samples, than without them. Once `stopped` returns true, the choice is 1 and 0.
 [[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
                                                        const SamplePilotSettings& settings, DirectSampleChoices open,
                                                        const std::function<bool()>& stopped);
 
 inline constexpr int kMaxChosenDirectSamples = 4;
 inline constexpr double kMinDirectSampleGain = 1.1;
-inline constexpr double kMinReflectionGain = 1.03;
 
 } // namespace kindling
