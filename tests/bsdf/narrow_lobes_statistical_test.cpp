@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/narrow_lobes.h"
 
+#include "tests/bsdf/follows_density.h"
 #include "tests/bsdf/layered_materials.h"
-#include "tests/sampling/chi_square.h"
 #include "tests/sampling/estimate.h"
 
 #include <gtest/gtest.h>
@@ -48,21 +48,11 @@ TEST(NarrowLobesStatistical, SamplingMatchesTheShare) {
                     1e-3f * max_component(s->weight) * s->pdf);
         return s->wi;
       };
-      constexpr int kSamples = 100000;
-      const test::ChiSquareOptions options = {.seed = seed,
-                                              .pilot_samples = 12000,
-                                              .samples = kSamples,
-                                              .bins = 48,
-                                              .min_extent = 2e-5,
-                                              .may_be_absorbed = true};
       const auto density = [&](const V3f& wi) {
         const float pdf = bsdf.eval(wi).pdf;
         return pdf > 0.0f ? narrow_share(bsdf, wi, pdf, kMaxAlpha) * pdf / probability : 0.0f;
       };
-      const auto result = test::chi_square_hemisphere(draw, density, options);
-      EXPECT_GT(result.p_value, level) << seed << ": " << result.summary;
-      const double error = std::sqrt(result.absorbed * (1.0 - result.absorbed) / kSamples);
-      EXPECT_NEAR(result.integral + result.absorbed, 1.0, 4.5 * error + 2e-3) << seed;
+      test::expect_directions_follow(draw, density, seed, 100000, level, "seed " + std::to_string(seed));
     }
 }
 

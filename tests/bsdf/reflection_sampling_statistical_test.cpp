@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/surface_bsdf.h"
 
+#include "tests/bsdf/follows_density.h"
 #include "tests/bsdf/layered_materials.h"
-#include "tests/sampling/chi_square.h"
 
 #include <gtest/gtest.h>
 
@@ -44,18 +44,8 @@ TEST(ReflectionSamplingStatistical, DirectionsHaveTheDensity) {
         const std::optional<V3f> wi = bsdf.sample_reflection(u, random.next_2d());
         return wi && wi->z > 0.0f ? wi : std::nullopt;
       };
-      constexpr int kSamples = 100000;
-      const test::ChiSquareOptions options = {.seed = seed,
-                                              .pilot_samples = 12000,
-                                              .samples = kSamples,
-                                              .bins = 48,
-                                              .min_extent = 2e-5,
-                                              .may_be_absorbed = true};
       const auto density = [&](const V3f& wi) { return bsdf.eval(wi).reflection_pdf; };
-      const auto result = test::chi_square_hemisphere(draw, density, options);
-      EXPECT_GT(result.p_value, level) << seed << ": " << result.summary;
-      const double error = std::sqrt(result.absorbed * (1.0 - result.absorbed) / kSamples);
-      EXPECT_NEAR(result.integral + result.absorbed, 1.0, 4.5 * error + 2e-3) << seed;
+      test::expect_directions_follow(draw, density, seed, 100000, level, "seed " + std::to_string(seed));
     }
 }
 

@@ -14,7 +14,8 @@ namespace {
 constexpr ChosenNumber kNumberOfLights{
     &RenderSettings::chooses_direct_samples,
     [](const RenderStatistics& s) -> const SampleChoice& { return s.direct_samples; },
-    [](const RenderStatistics& s) { return s.direct_samples.count; }, &RenderWork::direct_samples};
+    [](const RenderStatistics& s) { return s.direct_samples.count; }, &RenderWork::direct_samples,
+    &IntegratorSettings::direct_samples};
 RenderSettings long_render_to_choose() { return long_render_to_choose(kNumberOfLights, 5); }
 
 // Dark things under a large lamp: almost all noise is in the penumbras.
@@ -40,15 +41,8 @@ TEST(DirectSamples, AreChosenWhereShadowsAreNoisy) {
   EXPECT_GE(choice.count, 3);
   EXPECT_LT(choice.predicted, 1.0 / kMinDirectSampleGain);
   EXPECT_GT(choice.paths, 0U);
-  EXPECT_EQ(outcome.work.direct_samples, choice.count);
   EXPECT_LT(noise_at(*world, choice.count), 0.6 * noise_at(*world, 1));
-  RenderSettings fixed = long_render_to_choose();
-  fixed.chooses_direct_samples = false;
-  fixed.integrator.direct_samples = choice.count;
-  const RenderOutcome given = render_open(*world, fixed);
-  expect_same_bits(outcome.film, given.film, "the chosen number");
-  EXPECT_EQ(given.statistics.direct_samples.paths, 0U);
-  EXPECT_EQ(given.statistics.direct_samples.count, choice.count);
+  expect_same_when_given(*world, kNumberOfLights, outcome);
 }
 
 // A point light has one direction, and a floor that nothing shades no noise at all.
@@ -87,16 +81,7 @@ TEST(DirectSamples, AreTheSameForThreadsPartsCropsAndDevices) {
 
 TEST(DirectSamples, ResumedRendersKeepTheChoice) { expect_stored_choice(*penumbra_world(), kNumberOfLights); }
 
-TEST(DirectSamples, AreReplayed) {
-  const auto world = penumbra_world();
-  const Camera camera = glass_camera(kPilotSize);
-  RenderSettings settings = long_render_to_choose(kNumberOfLights, 1);
-  const Result<ReplayedSample> sample = replay_sample(*world, camera, settings, V2i(20, 16), 0);
-  ASSERT_TRUE(sample.ok());
-  const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);
-  for (int channel = 0; channel < 3; ++channel)
-    EXPECT_EQ(image[static_cast<size_t>((16 * kPilotSize.x + 20) * 3 + channel)], sample.value().radiance[channel]);
-}
+TEST(DirectSamples, AreReplayed) { expect_replayed(*penumbra_world(), kNumberOfLights); }
 
 TEST(DirectSamples, OutOfRangeAndBesideLightPathsAreRefused) {
   const Camera camera = glass_camera(kPilotSize);

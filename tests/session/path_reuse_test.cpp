@@ -110,9 +110,10 @@ TEST(PathReuse, SamplesAreReplayed) {
   }
 }
 
-constexpr ChosenNumber kNumberOfPixels{
-    &RenderSettings::chooses_path_reuse, [](const RenderStatistics& s) -> const SampleChoice& { return s.path_reuse; },
-    [](const RenderStatistics& s) { return s.path_reuse.count; }, &RenderWork::path_reuse};
+constexpr ChosenNumber kNumberOfPixels{&RenderSettings::chooses_path_reuse,
+                                       [](const RenderStatistics& s) -> const SampleChoice& { return s.path_reuse; },
+                                       [](const RenderStatistics& s) { return s.path_reuse.count; },
+                                       &RenderWork::path_reuse, &IntegratorSettings::path_reuse};
 RenderSettings long_reuse_to_choose() { return long_render_to_choose(kNumberOfPixels, 5); }
 
 TEST(PathReuse, IsChosenForIndirectLight) {
@@ -122,13 +123,7 @@ TEST(PathReuse, IsChosenForIndirectLight) {
   EXPECT_GE(choice.count, 4);
   EXPECT_LT(choice.predicted, 1.0 / kMinPathReuseGain);
   EXPECT_GT(choice.paths, 0U);
-  EXPECT_EQ(outcome.work.path_reuse, choice.count);
-  RenderSettings fixed = long_render(5);
-  fixed.integrator.path_reuse = choice.count;
-  const RenderOutcome given = render_open(*world, fixed);
-  expect_same_bits(outcome.film, given.film, "the chosen number");
-  EXPECT_EQ(given.statistics.path_reuse.paths, 0U);
-  EXPECT_EQ(given.statistics.path_reuse.count, choice.count);
+  expect_same_when_given(*world, kNumberOfPixels, outcome);
 }
 
 // Dark surfaces reflect hardly any light to each other.

@@ -19,12 +19,14 @@ inline RenderSettings long_render(uint32_t samples) {
 }
 
 // A number that a pilot chooses: the setting that leaves it open, the pilot's report with the
-// number, what is stored for later runs, and the number where nothing is chosen.
+// number, what is stored for later runs, the setting that has the number, and the number where
+// nothing is chosen.
 struct ChosenNumber {
   bool RenderSettings::*open;
   const SampleChoice& (*report)(const RenderStatistics&);
   int (*count)(const RenderStatistics&);
   std::optional<int> RenderWork::*stored;
+  int IntegratorSettings::*setting;
   int min = 1;
 };
 
@@ -62,6 +64,28 @@ inline double relative_noise(const World& world, RenderSettings settings, double
     relative += (squares[i] / kSeeds - mean * mean) / (mean * mean + floor);
   }
   return relative;
+}
+
+// Expects that the render of 5 samples that chose the number is the one that is given it.
+inline void expect_same_when_given(const World& world, const ChosenNumber& number, const RenderOutcome& chosen) {
+  const int count = number.count(chosen.statistics);
+  EXPECT_EQ(chosen.work.*number.stored, count);
+  RenderSettings fixed = long_render(5);
+  fixed.integrator.*number.setting = count;
+  const RenderOutcome given = render_open(world, fixed);
+  expect_same_bits(chosen.film, given.film, "the chosen number");
+  EXPECT_EQ(number.report(given.statistics).paths, 0U);
+  EXPECT_EQ(number.count(given.statistics), count);
+}
+
+// Expects that a replay has the number that the pilot of its image chooses.
+inline void expect_replayed(const World& world, const ChosenNumber& number) {
+  const RenderSettings settings = long_render_to_choose(number, 1);
+  const Result<ReplayedSample> sample = replay_sample(world, glass_camera(kPilotSize), settings, V2i(20, 16), 0);
+  ASSERT_TRUE(sample.ok());
+  const std::vector<float> image = render_open(world, settings).film.resolve(Aov::beauty);
+  for (int channel = 0; channel < 3; ++channel)
+    EXPECT_EQ(image[static_cast<size_t>((16 * kPilotSize.x + 20) * 3 + channel)], sample.value().radiance[channel]);
 }
 
 // Expects a choice of more than the minimum that neither threads, parts, crops nor devices change.

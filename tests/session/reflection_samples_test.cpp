@@ -14,7 +14,10 @@ namespace {
 constexpr ChosenNumber kNumberOfReflections{
     &RenderSettings::chooses_reflection_samples,
     [](const RenderStatistics& s) -> const SampleChoice& { return s.direct_samples; },
-    [](const RenderStatistics& s) { return s.direct_samples.reflections; }, &RenderWork::reflection_samples, 0};
+    [](const RenderStatistics& s) { return s.direct_samples.reflections; },
+    &RenderWork::reflection_samples,
+    &IntegratorSettings::reflection_samples,
+    0};
 
 // A dim sky with a row of bright windows.
 std::shared_ptr<const Environment> sky_with_windows() {
@@ -50,15 +53,9 @@ TEST(ReflectionSamples, AreChosenForCoats) {
   EXPECT_EQ(choice.count, 1); // given
   EXPECT_GE(choice.reflections, 1);
   EXPECT_LT(choice.predicted, 1.0 / kMinDirectSampleGain);
-  EXPECT_EQ(outcome.work.reflection_samples, choice.reflections);
   EXPECT_FALSE(outcome.work.direct_samples);
   EXPECT_LT(noise_with(*world, choice.reflections), 0.7 * noise_with(*world, 0));
-  RenderSettings fixed = long_render(5);
-  fixed.integrator.reflection_samples = choice.reflections;
-  const RenderOutcome given = render_open(*world, fixed);
-  expect_same_bits(outcome.film, given.film, "the chosen number");
-  EXPECT_EQ(given.statistics.direct_samples.paths, 0U);
-  EXPECT_EQ(given.statistics.direct_samples.reflections, choice.reflections);
+  expect_same_when_given(*world, kNumberOfReflections, outcome);
 }
 
 TEST(ReflectionSamples, AreChosenTogetherWithLightSamples) {
@@ -93,15 +90,7 @@ TEST(ReflectionSamples, ResumedRendersKeepTheChoice) {
   expect_stored_choice(*sphere_world(1.0f), kNumberOfReflections);
 }
 
-TEST(ReflectionSamples, AreReplayed) {
-  const auto world = sphere_world(1.0f);
-  const RenderSettings settings = long_render_to_choose(kNumberOfReflections, 1);
-  const Result<ReplayedSample> sample = replay_sample(*world, glass_camera(kPilotSize), settings, V2i(20, 16), 0);
-  ASSERT_TRUE(sample.ok());
-  const std::vector<float> image = render_open(*world, settings).film.resolve(Aov::beauty);
-  for (int channel = 0; channel < 3; ++channel)
-    EXPECT_EQ(image[static_cast<size_t>((16 * kPilotSize.x + 20) * 3 + channel)], sample.value().radiance[channel]);
-}
+TEST(ReflectionSamples, AreReplayed) { expect_replayed(*sphere_world(1.0f), kNumberOfReflections); }
 
 TEST(ReflectionSamples, OutOfRangeAndBesideLightPathsAreRefused) {
   const Camera camera = glass_camera(kPilotSize);

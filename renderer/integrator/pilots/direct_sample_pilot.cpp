@@ -1,5 +1,5 @@
 // Measures the noise of light samples and reflection samples at the first surface.
-// And what more of them cost.
+// It also measures what more of them cost.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 

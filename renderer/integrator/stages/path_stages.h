@@ -122,7 +122,7 @@ struct PathStages {
   [[nodiscard]] uint32_t light_sample_count(const PathState& state) const {
     return state.bounce == 0 ? static_cast<uint32_t>(settings.direct_samples) : 1;
   }
-  // Returns the most shadow rays that it has there.
+  // Returns the most shadow rays that a path has at such a surface.
   [[nodiscard]] uint32_t max_shadow_rays(const PathState& state) const {
     return state.bounce == 0 ? settings.max_shadow_rays() : 1;
   }
