@@ -10,7 +10,6 @@ fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_differenc
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import concurrent.futures
-import fnmatch
 import json
 import os
 import statistics
@@ -32,7 +31,7 @@ WORSE_BY = 0.005  # growth of the median FLIP that --compare calls a regression
 def main():
     arguments = parse_arguments()
     scenarios = [scenario for scenario in fidelity_scenarios.read_folder(arguments.folder, arguments.scenarios, arguments.env)
-                 if not arguments.only or any(matches(scenario, pattern) for pattern in arguments.only)]
+                 if not arguments.only or any(fidelity_scenarios.matches(scenario, pattern) for pattern in arguments.only)]
     if not scenarios:
         sys.exit(f"{arguments.folder}: no scenario or model" + (" of that name" if arguments.only else ""))
     old = read_old(arguments.compare) if arguments.compare else {}
@@ -82,11 +81,6 @@ def parse_arguments():
     if arguments.images:
         arguments.images.mkdir(parents=True, exist_ok=True)
     return arguments
-
-
-def matches(scenario, pattern):
-    wild = pattern.lower() if any(c in pattern for c in "*?[") else f"*{pattern.lower()}*"
-    return any(fnmatch.fnmatchcase(name.lower(), wild) for name in (scenario.name, scenario.model))
 
 
 def run(kindling, scenario, arguments, image):

@@ -4,6 +4,7 @@ A folder holds MODEL/.../*.gltf or *.glb, MODEL/goldens/SCENARIO/RENDERER-golden
 environments/ in it or beside it, and a list of scenarios in JSON as glTF-Render-Fidelity-Generator's test/config.json.
 """
 # SPDX-License-Identifier: Apache-2.0
+import fnmatch
 import json
 import math
 import sys
@@ -50,6 +51,12 @@ def read_folder(folder, list_file=None, environment=None):
             flags = (["--env", default] if default else []) + ["--background", "transparent"]
             result.append(Scenario(model, model, choose_file(files, model), flags, 4 / 3, False, False))
     return result
+
+
+def matches(scenario, pattern):
+    """Whether a pattern is part of the scenario's or its model's name, or with wildcards one of them whole."""
+    wild = pattern.lower() if any(c in pattern for c in "*?[") else f"*{pattern.lower()}*"
+    return any(fnmatch.fnmatchcase(name.lower(), wild) for name in (scenario.name, scenario.model))
 
 
 def read_list(folder, list_file=None):

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""Makes a folder of scenes for equal_noise.py from the scenarios of fidelity.py.
+
+    bench/fidelity_race.py FOLDER OUT [--only PATTERN]     # then: bench/equal_noise.py OUT --peers cycles,mitsuba
+
+Each model is copied with its files, and the scenario's camera becomes its only one, so that every renderer sees the same. Its
+environment is copied beside it. scenes.json names both.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import argparse
+import json
+import math
+import shutil
+import struct
+import sys
+from pathlib import Path
+
+import fidelity_scenarios
+
+BOUNCES = 8
+GLB_MAGIC, JSON_CHUNK = b"glTF", 0x4E4F534A
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("out", type=Path, help="a new folder, or one that this script made")
+    parser.add_argument("--only", action="append", metavar="PATTERN", help="scenarios or models with this in their name; with *, ?: a whole name")
+    arguments = parser.parse_args()
+    scenarios = [scenario for scenario in fidelity_scenarios.read_folder(arguments.folder)
+                 if scenario.listed and (not arguments.only or any(fidelity_scenarios.matches(scenario, p) for p in arguments.only))]
+    if not scenarios:
+        sys.exit(f"{arguments.folder}: no scenario" + (" of that name" if arguments.only else ""))
+    (arguments.out / "env").mkdir(parents=True, exist_ok=True)
+    entries = {scenario.model: scene_of(scenario, arguments.out) for scenario in scenarios}
+    (arguments.out / "scenes.json").write_text(json.dumps(entries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    print(f"{len(entries)} scenes in {arguments.out}")
+
+
+def scene_of(scenario, out):
+    """Copies a scenario's model and environment; returns its entry of scenes.json."""
+    flags = dict(zip(scenario.flags[::2], scenario.flags[1::2]))
+    target = out / scenario.model
+    shutil.copytree(scenario.file.parent, target, dirs_exist_ok=True)
+    write_gltf(target / scenario.file.name, with_camera(read_gltf(scenario.file), flags, scenario.aspect))
+    environment = flags.get("--env")
+    if environment:
+        shutil.copy(environment, out / "env" / environment.name)
+    return {"file": f"{scenario.model}/{scenario.file.name}", "hdr": environment.name if environment else None, "max_bounces": BOUNCES}
+
+
+def with_camera(document, flags, aspect):
+    """The document with one camera, in a node of its own, in the default scene."""
+    azimuth, polar, radius = (float(v) for v in flags["--orbit"].split(","))
+    target = [float(v) for v in flags["--target"].split(",")]
+    for node in document.get("nodes", []):
+        node.pop("camera", None)
+    document["cameras"] = [{"type": "perspective", "perspective": {
+        "yfov": math.radians(float(flags["--fov"])), "aspectRatio": aspect, "znear": radius / 1000}}]
+    azimuth, polar = math.radians(azimuth), math.radians(polar)
+    way = (math.sin(polar) * math.sin(azimuth), math.cos(polar), math.sin(polar) * math.cos(azimuth))
+    nodes = document.setdefault("nodes", [])
+    nodes.append({"name": "camera of the scenario", "camera": 0, "translation": [t + radius * w for t, w in zip(target, way)],
+                  "rotation": orbit_rotation(azimuth, polar - math.pi / 2)})
+    scenes = document.setdefault("scenes", [{}])
+    scenes[document.setdefault("scene", 0)].setdefault("nodes", []).append(len(nodes) - 1)
+    return document
+
+
+def orbit_rotation(about_y, about_x):
+    """Quaternion (x, y, z, w) of a rotation about the x axis, then one about the y axis; radians."""
+    sin_y, cos_y, sin_x, cos_x = math.sin(about_y / 2), math.cos(about_y / 2), math.sin(about_x / 2), math.cos(about_x / 2)
+    return [cos_y * sin_x, sin_y * cos_x, -sin_y * sin_x, cos_y * cos_x]
+
+
+def read_gltf(path):
+    """The JSON of a .gltf or .glb."""
+    data = path.read_bytes()
+    if data[:4] == GLB_MAGIC:
+        data = data[20:20 + struct.unpack_from("<I", data, 12)[0]]
+    return json.loads(data.decode("utf-8"))
+
+
+def write_gltf(path, document):
+    """Replaces the JSON of a .gltf or .glb, which exists."""
+    text = json.dumps(document, ensure_ascii=False).encode("utf-8")
+    old = path.read_bytes()
+    if old[:4] == GLB_MAGIC:
+        rest = old[20 + struct.unpack_from("<I", old, 12)[0]:]
+        text += b" " * (-len(text) % 4)
+        text = struct.pack("<4sIIII", GLB_MAGIC, 2, 20 + len(text) + len(rest), len(text), JSON_CHUNK) + text + rest
+    path.write_bytes(text)
+
+
+if __name__ == "__main__":
+    main()
