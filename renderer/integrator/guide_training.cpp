@@ -31,19 +31,28 @@ constexpr uint64_t kShortTraining = 1U << 17; // paths; such a training costs li
 constexpr uint64_t kMinTimedPaths = 2048;     // fewer teach a guide nothing
 constexpr uint64_t kTimedPathStep = 1024;     // plans are multiples of this
 
-// A guide is used for what it predicts to lower the second moment below these, relative to
-// rendering without it. The probe knows little, so it only has to look promising. Patches make a
-// sample up to 10 % more expensive and improve only the variance of reflected light; probabilities
-// of lights cost nothing. Patches in openings gain more than they predict: they find the light of
-// the sky, too, most of whose light samples are blocked by walls.
-struct Limits {
+// Second moments that the parts of a guide predict, relative to rendering without it.
+struct Moments {
   double patches, openings, lights, environment;
+
+  [[nodiscard]] bool any_below(const Moments& limits) const {
+    return patches < limits.patches || openings < limits.openings || lights < limits.lights ||
+           environment < limits.environment;
+  }
 };
-constexpr Limits kPromising{0.91, 0.97, 0.98, 0.97};
-constexpr Limits kPromisingAfterFew{0.98, 0.98, 0.995, 0.98}; // a short probe knows less
-constexpr Limits kWorthwhile{0.88, 0.94, 0.97, 0.94};
-constexpr Limits kWorthwhileAfterFew{0.94, 0.94, 0.97, 0.94}; // few paths predict less than their guide gains
-constexpr Limits kAnyGain{1.0, 1.0, 1.0, 1.0};
+// A guide is used for the parts that predict less than these limits. The probe knows little, so it
+// only has to look promising. Patches make a sample up to 10 % more expensive and improve only the
+// variance of reflected light; probabilities of lights cost nothing. Patches in openings gain more
+// than they predict: they find the light of the sky, too, most of whose light samples are blocked
+// by walls.
+constexpr Moments kPromising{0.91, 0.97, 0.98, 0.97};
+constexpr Moments kPromisingAfterFew{0.98, 0.98, 0.995, 0.98}; // a short probe knows less
+constexpr Moments kWorthwhile{0.88, 0.94, 0.97, 0.94};
+constexpr Moments kWorthwhileAfterFew{0.94, 0.94, 0.97, 0.94}; // few paths predict less than their guide gains
+constexpr Moments kAnyGain{1.0, 1.0, 1.0, 1.0};
+// A probe whose directions followed the environment, and which predicts no less, is not repeated
+// without them.
+constexpr Moments kSlightGain{0.95, 0.985, 0.99, 1.0};
 
 // Directions of caustics make paths on all surfaces with caustics 1.3 times as expensive. They pay
 // where the BSDF alone would miss this share of the image's light in most pixels.
@@ -78,21 +87,24 @@ class Training {
     const uint64_t paths = statistics_.max_paths = settings_.max_paths > 0 ? affordable_paths() : 0;
     std::unique_ptr<const Guide> guide;
     if (paths > 0) {
-      const bool selective = settings_.only_if_worthwhile;
-      const Limits& promising = paths < kShortTraining ? kPromisingAfterFew : kPromising;
-      const Limits& worthwhile = paths < kShortTraining ? kWorthwhileAfterFew : kWorthwhile;
-      guide = probe_environment(paths / kProbePart, selective ? promising : kAnyGain);
-      if (!guide) {
-        trace(paths / kProbePart, nullptr);
-        guide = learn(selective ? promising : kAnyGain);
+      const bool selective = settings_.only_if_worthwhile, few = paths < kShortTraining;
+      const Moments& promising = !selective ? kAnyGain : few ? kPromisingAfterFew : kPromising;
+      const Moments& worthwhile = !selective ? kAnyGain : few ? kWorthwhileAfterFew : kWorthwhile;
+      const uint64_t probe = paths / kProbePart;
+      guide = find_promising(probe, promising);
+      uint64_t traced = probe;
+      if (selective && guide && !predicted_.any_below(worthwhile)) { // unclear: again, with twice the paths
+        trace(probe, guide.get());
+        traced += probe;
+        guide = learn(promising);
       }
-      const double rest_s = traced_s_ * (kProbePart - 1);
+      const double rest_s = traced_s_ * static_cast<double>(kProbePart - traced / std::max<uint64_t>(probe, 1));
       if (settings_.max_training_s && elapsed_s() + rest_s > kGiveUpShare * *settings_.max_training_s) {
         guide.reset(); // a plan of fewer paths would need a probe of its own
         statistics_.max_paths = 0;
       } else if (!selective || guide) {
-        trace(paths - paths / kProbePart, guide.get());
-        guide = learn(selective ? worthwhile : kAnyGain);
+        trace(paths - traced, guide.get());
+        guide = learn(worthwhile);
       }
     }
     if (paths > 0) guide = with_volumes(std::move(guide), paths);
@@ -124,23 +136,29 @@ class Training {
     return affordable < kMinTimedPaths ? 0 : std::min(affordable, settings_.max_paths);
   }
 
-  // Few paths meet the light of an environment behind glass. If the scene has both, traces paths
-  // that are guided to bright places of the environment everywhere, and returns what they learn.
-  // Null: no share of such directions is worthwhile, and the paths are forgotten.
-  std::unique_ptr<const Guide> probe_environment(uint64_t paths, const Limits& limits) {
-    const bool has_glass =
-        std::any_of(world_.layer_materials.begin(), world_.layer_materials.end(),
-                    [](const LayerMaterial& layers) { return layers.volume && layers.transmission_factor > 0.0f; });
-    if (!has_glass || world_.lights.environment.is_black()) return nullptr;
-    Guide everywhere;
-    everywhere.environment = EnvironmentGuide(kShareOfProbe);
-    probes_environment_ = true;
-    trace(paths, &everywhere);
-    std::unique_ptr<const Guide> guide = learn(limits);
-    if (guide && !guide->environment.empty()) return guide;
-    probes_environment_ = false;
-    forget_paths();
-    return nullptr;
+  // The probe: traces paths and returns what they learn, or null if no part of it is below
+  // `limits`. Few paths meet the light of an environment behind glass. If the scene has both, the
+  // paths are guided to bright places of the environment everywhere. If no share of such directions
+  // is worthwhile, but other parts of a guide may be, the paths are forgotten, and others are
+  // traced without them.
+  std::unique_ptr<const Guide> find_promising(uint64_t paths, const Moments& limits) {
+    if (has_glass() && !world_.lights.environment.is_black()) {
+      Guide everywhere;
+      everywhere.environment = EnvironmentGuide(kShareOfProbe);
+      probes_environment_ = true;
+      trace(paths, &everywhere);
+      std::unique_ptr<const Guide> guide = learn(limits);
+      if (guide && !guide->environment.empty()) return guide;
+      probes_environment_ = false;
+      if (settings_.only_if_worthwhile && !predicted_.any_below(kSlightGain)) return nullptr;
+      forget_paths();
+    }
+    trace(paths, nullptr);
+    return learn(limits);
+  }
+  [[nodiscard]] bool has_glass() const {
+    return std::any_of(world_.layer_materials.begin(), world_.layer_materials.end(),
+                       [](const LayerMaterial& layers) { return layers.volume && layers.transmission_factor > 0.0f; });
   }
 
   void forget_paths() {
@@ -247,8 +265,9 @@ class Training {
 
   // Returns the parts of the learned guide that predict second moments below `limits`, or null if
   // neither does.
-  std::unique_ptr<const Guide> learn(const Limits& limits) {
+  std::unique_ptr<const Guide> learn(const Moments& limits) {
     LearnedGuide learned = learn_guide(records_, light_records_);
+    predicted_ = {learned.second_moment, learned.second_moment_of_openings, learned.light_second_moment, 1.0};
     statistics_.predicted = learned.second_moment;
     statistics_.predicted_lights = learned.light_second_moment;
     if (learned.second_moment_of_openings < limits.openings) {
@@ -261,7 +280,7 @@ class Training {
     if (probes_environment_) {
       const double rare = kRarePixels / settings_.samples * static_cast<double>(statistics_.paths);
       LearnedEnvironment environment = learn_environment(records_, rare);
-      statistics_.predicted_environment = environment.second_moment;
+      statistics_.predicted_environment = predicted_.environment = environment.second_moment;
       if (environment.second_moment < limits.environment) learned.guide.environment = std::move(environment.guide);
     }
     if (learned.guide.patches.empty() && learned.guide.environment.empty() && learned.guide.light_probabilities.empty())
@@ -334,6 +353,7 @@ class Training {
   std::vector<GuideRecord> records_;
   std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
+  Moments predicted_{1.0, 1.0, 1.0, 1.0}; // by the last learn()
   double busy_s_ = 0.0;
   bool probes_environment_ = false; // its directions are learned, too
   double traced_s_ = 0.0;           // of the last trace()

@@ -133,12 +133,15 @@ std::unique_ptr<const World> room_with_window() {
 
 TEST(TrainGuide, AimsAtWindows) { expect_less_noise(*room_with_window(), 128, Guiding::automatic, 0.5); }
 
+// In the open there is nothing to aim at.
+std::unique_ptr<const World> ball_in_the_open() {
+  return make_world(make_scene({diffuse_material(Rgb(0.6f))}, {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
+                                                               sphere(V3f(0, 1, 0), 1.0f, 32, 0)}),
+                    accel::Kind::embree, std::make_shared<Environment>(Rgb(1.0f)));
+}
+
 TEST(TrainGuide, AutoStopsAfterTheProbe) {
-  // In the open there is nothing to aim at.
-  const auto world =
-      make_world(make_scene({diffuse_material(Rgb(0.6f))},
-                            {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0), sphere(V3f(0, 1, 0), 1.0f, 32, 0)}),
-                 accel::Kind::embree, std::make_shared<Environment>(Rgb(1.0f)));
+  const auto world = ball_in_the_open();
   RenderSettings settings = room_render(32, Guiding::automatic);
   const Result<RenderOutcome> outcome = render(*world, room_camera(), settings, nullptr, nullptr);
   ASSERT_TRUE(outcome.ok());
@@ -152,6 +155,26 @@ TEST(TrainGuide, AutoStopsAfterTheProbe) {
   ASSERT_TRUE(plain.ok());
   EXPECT_EQ(plain.value().statistics.guiding.paths, 0U);
   EXPECT_EQ(plain.value().film.resolve_rgba(), outcome.value().film.resolve_rgba());
+}
+
+// A probe of few paths promises a little for some seeds. Twice the paths show that it is nothing,
+// or promise it again; then the training goes to its end.
+TEST(TrainGuide, AutoTracesASecondProbeIfTheFirstIsUnclear) {
+  const auto world = ball_in_the_open();
+  int one_probe = 0, two_probes = 0, whole = 0;
+  for (uint32_t seed = 0; seed < 12; ++seed) {
+    RenderSettings settings = room_render(32, Guiding::automatic);
+    settings.seed = seed;
+    const Result<RenderOutcome> outcome = render(*world, room_camera(), settings, nullptr, nullptr);
+    ASSERT_TRUE(outcome.ok());
+    const GuidingStatistics& guiding = outcome.value().statistics.guiding;
+    EXPECT_EQ(guiding.patches, 0);
+    const double part = static_cast<double>(guiding.paths) / static_cast<double>(training_paths(settings));
+    ++(part < 0.15 ? one_probe : part < 0.3 ? two_probes : whole); // about 1/8, 2/8 and all, less cut-off blocks
+  }
+  EXPECT_GT(one_probe, 0);
+  EXPECT_GT(two_probes, 0);
+  EXPECT_GT(whole, 0);
 }
 
 } // namespace
