@@ -80,6 +80,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                     .to_environment =
                         stages.to_environment != nullptr ? *stages.to_environment : EnvironmentGuideView{},
                     .caustics = stages.caustics != nullptr ? *stages.caustics : CausticGuideView{},
+                    .presampled = stages.presampled != nullptr ? *stages.presampled : PresampledEnvironmentView{},
                     .light_paths = input.light_paths != nullptr ? *input.light_paths : LightPathStages{},
                     .stages = stages,
                     .shader = input.shader,
@@ -100,6 +101,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   if (stages.volumes != nullptr) scene.stages.volumes = on_device(scene.volumes);
   if (stages.to_environment != nullptr) scene.stages.to_environment = on_device(scene.to_environment);
   if (stages.caustics != nullptr) scene.stages.caustics = on_device(scene.caustics);
+  if (stages.presampled != nullptr) scene.stages.presampled = on_device(scene.presampled);
 
   assert((input.light_paths != nullptr) == (stages.light_paths != nullptr));
   if (input.light_paths != nullptr) {
@@ -139,6 +141,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.volumes);
   arena.place_arrays(scene.to_environment);
   arena.place_arrays(scene.caustics);
+  arena.place_arrays(scene.presampled);
   arena.place_arrays(scene.light_paths);
   arena.place_arrays(scene.shader.lights);
   arena.place_arrays(scene.groups);

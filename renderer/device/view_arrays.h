@@ -71,6 +71,11 @@ void for_each_array(EnvironmentView& environment, F&& f) {
 }
 
 template <class F>
+void for_each_array(PresampledEnvironmentView& presampled, F&& f) {
+  f(presampled.entries);
+}
+
+template <class F>
 void for_each_array(LightGroupsView& groups, F&& f) {
   f(groups.of_emitter);
   f(groups.of_node);

@@ -66,6 +66,9 @@ struct IntegratorSettings {
   // Light paths are those of the whole image, and are joined to the camera for these pixels alone.
   V2i crop_min{0}, crop_end{0};
   float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
+  // Light samples of an environment image come from a PresampledEnvironment; IntegratorKind::path
+  // alone.
+  bool presamples_environment = true;
   LightGrouping light_groups = LightGrouping::off; // sums of the film by light group; IntegratorKind::path alone
   uint32_t batch_size = 256;                       // path states that a thread advances together, a multiple of 64
   WhittedSettings whitted; // for IntegratorKind::whitted, which ignores the limits, clamps and caustics above

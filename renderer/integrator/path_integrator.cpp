@@ -34,12 +34,21 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
           .volumes = guide && !guide->volumes.empty() ? &guide->volumes : nullptr};
 }
 
+std::unique_ptr<const PresampledEnvironment> presample_environment(const IntegratorSettings& settings,
+                                                                   const LightSetView& lights, uint32_t seed) {
+  const bool has_image = lights.has_environment && lights.environment.width > 0;
+  if (!settings.presamples_environment || settings.kind != IntegratorKind::path || !has_image) return nullptr;
+  return std::make_unique<PresampledEnvironment>(lights.environment, seed);
+}
+
 PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                const Sampler& sampler, const PixelFilter& filter, AovSet aovs, const Guide* guide,
                                const AovInputs& inputs)
     : stages_(make_path_stages(settings, world, camera, sampler, guide)), world_(world),
       accelerator_(&world.accelerator()), camera_(camera), sampler_(sampler), filter_(filter), aovs_(aovs),
+      presampled_(presample_environment(settings, world.lights, sampler.seed())),
       first_hits_(world, camera, filter_, aovs, inputs) {
+  stages_.presampled = presampled_.get();
   if (aovs.contains(Aov::shadow_catcher) && inputs.catchers) {
     catchers_ = inputs.catchers;
     unshaded_ = std::make_unique<PathIntegrator>(settings, world, camera, sampler, filter, AovSet{}, guide);
@@ -302,12 +311,12 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   for (size_t i = 0; i < reflecting_count; ++i) {
     const size_t number_in_batch = first + group.reflecting[i];
     ShadeGroup::Member& member = group.members[group.reflecting[i]];
+    const PathInFlight path = path_at(context.active[number_in_batch], context);
     const LightQuery query =
-        PathStages::light_query(member.surface, context.rays[number_in_batch].time, member.sampled);
+        stages_.light_query(member.surface, context.rays[number_in_batch].time, member.sampled, path);
     member.first_light = static_cast<uint32_t>(query_count);
     member.light_count = 0;
     if (!stages_.samples_light(member.surface)) continue;
-    const PathInFlight path = path_at(context.active[number_in_batch], context);
     member.light_count = stages_.light_sample_count(path.state);
     for (uint32_t number = 0; number < member.light_count; ++number) {
       group.queries[query_count + number] = query;

@@ -18,6 +18,10 @@ namespace kindling {
 // the settings and the sampler.
 [[nodiscard]] PathStages make_path_stages(const IntegratorSettings& settings, const World& world, const Camera& camera,
                                           const Sampler& sampler, const Guide* guide);
+// Returns the table for PathStages::presampled; null if the paths are to draw their samples of the
+// environment.
+[[nodiscard]] std::unique_ptr<const PresampledEnvironment>
+presample_environment(const IntegratorSettings& settings, const LightSetView& lights, uint32_t seed);
 
 // Estimates the rendering equation (Kajiya 1986) with next-event estimation and the power heuristic
 // (Veach 1997, section 9.2). Unbiased up to the bounce limits, as long as no clamp is set, caustics
@@ -89,8 +93,9 @@ class PathIntegrator final : public Integrator {
   Sampler sampler_;
   PixelFilter filter_;
   AovSet aovs_;
-  LightGroups light_groups_; // none: not split by them
-  LightGroupsView groups_;   // theirs
+  std::unique_ptr<const PresampledEnvironment> presampled_; // of stages_; null: there is none
+  LightGroups light_groups_;                                // none: not split by them
+  LightGroupsView groups_;                                  // theirs
   FirstHits first_hits_;
   std::unique_ptr<LightPaths> light_paths_;  // null: none are traced
   std::unique_ptr<PhotonMaps> photon_maps_;  // null: no photons are gathered

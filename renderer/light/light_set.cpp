@@ -151,7 +151,14 @@ std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, 
     result = sample_punctual(choice.directional, query.point, {first_coordinate(choice.rest), query.u.y}, query.time);
     result->emitter = static_cast<uint32_t>(triangles.size()) + choice.directional;
     break;
-  case LightKind::environment: result = environment.sample({first_coordinate(choice.rest), query.u.y}); break;
+  case LightKind::environment: {
+    const V2f u(first_coordinate(choice.rest), query.u.y);
+    if (query.presampled != nullptr)
+      query.presampled->set_sample(u, result.emplace());
+    else
+      result = environment.sample(u);
+    break;
+  }
   }
   if (!complete(choice, *result)) return std::nullopt;
   return result;
@@ -191,9 +198,13 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
     for (size_t i = 0; i < group.size(); ++i) {
       choose_kind(group[i], choices[i]);
       if (!choices[i]) continue;
-      if (choices[i]->kind == LightKind::environment)
-        draws[draw_count++] = {first_coordinate(choices[i]->rest), group[i].u.y};
-      else if (choices[i]->kind == LightKind::tree)
+      if (choices[i]->kind == LightKind::environment) {
+        const V2f u(first_coordinate(choices[i]->rest), group[i].u.y);
+        if (group[i].presampled != nullptr)
+          group[i].presampled->prefetch(u);
+        else
+          draws[draw_count++] = u;
+      } else if (choices[i]->kind == LightKind::tree)
         descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
     }
     environment.find_cells(std::span(draws).first(draw_count), std::span(cells).first(draw_count));
@@ -205,7 +216,7 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
       std::optional<LightSample>& sample = samples[first + i];
       sample.reset();
       if (!choices[i]) continue;
-      if (choices[i]->kind == LightKind::environment) {
+      if (choices[i]->kind == LightKind::environment && group[i].presampled == nullptr) {
         on_sky[sky_count++] = &sample.emplace();
         continue;
       }
@@ -222,7 +233,7 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
     environment.sample_cells(std::span(draws).first(sky_count), std::span(cells).first(sky_count),
                              std::span(on_sky).first(sky_count));
     for (size_t i = 0; i < group.size() && sky_count > 0; ++i) {
-      if (!choices[i] || choices[i]->kind != LightKind::environment) continue;
+      if (!choices[i] || choices[i]->kind != LightKind::environment || group[i].presampled != nullptr) continue;
       if (!complete(*choices[i], *samples[first + i])) samples[first + i].reset();
     }
   }

@@ -11,6 +11,7 @@
 #include "renderer/light/light_set_input.h"
 #include "renderer/light/light_tree.h"
 #include "renderer/light/point_on_triangle.h"
+#include "renderer/light/presampled_environment.h"
 #include "renderer/light/sphere_tree.h"
 
 #include <array>
@@ -30,6 +31,8 @@ struct LightQuery {
   // densities take them, too.
   const LightProbabilities* learned = nullptr;
   float time = 0.0f; // in [0, 1] over the shutter
+  // Samples of the environment are taken from here; null: they are drawn.
+  const PresampledEnvironmentView* presampled = nullptr;
 };
 
 // A ray segment along which sized lights are intersected.

@@ -186,6 +186,15 @@ TEST(DeviceRenders, GuidingByTheEnvironment) {
                      &GuidingStatistics::environment_regions);
 }
 
+// Some samples of a pixel are beyond those that read the table.
+TEST(DeviceRenders, PresampledEnvironment) {
+  constexpr uint32_t kMaxSamples = PresampledEnvironmentView::kMaxSamples;
+  RenderSettings settings = small_render(kSize, kMaxSamples + 1);
+  settings.samples = SampleRange{kMaxSamples - 1, kMaxSamples + 1};
+  settings.integrator.direct_samples = 2;
+  expect_same_on_device(*bell_world(), settings, bell_camera(kSize));
+}
+
 TEST(DeviceRenders, WhittedTrees) {
   for (const int strata : {1, 3}) {
     RenderSettings settings = all_aovs(3);

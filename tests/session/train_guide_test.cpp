@@ -134,14 +134,14 @@ std::unique_ptr<const World> room_with_window() {
 TEST(TrainGuide, AimsAtWindows) { expect_less_noise(*room_with_window(), 128, Guiding::automatic, 0.5); }
 
 // In the open there is nothing to aim at.
-std::unique_ptr<const World> ball_in_the_open() {
+std::unique_ptr<const World> sphere_in_the_open() {
   return make_world(make_scene({diffuse_material(Rgb(0.6f))}, {quad(V3f(-5, 0, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
                                                                sphere(V3f(0, 1, 0), 1.0f, 32, 0)}),
                     accel::Kind::embree, std::make_shared<Environment>(Rgb(1.0f)));
 }
 
 TEST(TrainGuide, AutoStopsAfterTheProbe) {
-  const auto world = ball_in_the_open();
+  const auto world = sphere_in_the_open();
   RenderSettings settings = room_render(32, Guiding::automatic);
   const Result<RenderOutcome> outcome = render(*world, room_camera(), settings, nullptr, nullptr);
   ASSERT_TRUE(outcome.ok());
@@ -160,7 +160,7 @@ TEST(TrainGuide, AutoStopsAfterTheProbe) {
 // A probe of few paths promises a little for some seeds. Twice the paths show that it is nothing,
 // or promise it again; then the training goes to its end.
 TEST(TrainGuide, AutoTracesASecondProbeIfTheFirstIsUnclear) {
-  const auto world = ball_in_the_open();
+  const auto world = sphere_in_the_open();
   int one_probe = 0, two_probes = 0, whole = 0;
   for (uint32_t seed = 0; seed < 12; ++seed) {
     RenderSettings settings = room_render(32, Guiding::automatic);

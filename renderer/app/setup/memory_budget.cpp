@@ -70,7 +70,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
   const uint64_t threads = static_cast<uint64_t>(request.threads) * Costs::kThread;
   const uint64_t instances = (1 + d.instances) * sizeof(WorldInstance) + d.instance_keys * Costs::kInstanceKey;
   const uint64_t lights = d.emissive_triangles * Costs::kEmissiveTriangle;
-  const uint64_t environment = texels * Costs::kEnvironmentTexel;
+  const uint64_t environment = texels * Costs::kEnvironmentTexel + (texels > 0 ? Costs::kPresampledEnvironment : 0);
   const uint64_t film = film_bytes(request);
 
   budget.parts = {Part{"program", program, textures.paged ? "with OpenImageIO" : ""},

@@ -28,6 +28,7 @@ struct DeviceScene {
   VolumeGuideView volumes;
   EnvironmentGuideView to_environment;
   CausticGuideView caustics;
+  PresampledEnvironmentView presampled;
   LightPathStages light_paths; // if stages.light_paths is set
   PathStages stages;           // of the path tracer
   WhittedShader shader;        // of the Whitted tracer

@@ -184,7 +184,7 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
     const BounceAddress address = PathStages::draws_address(path);
     sampled.draws = draw_bounce(address.address, address.dimension);
     sampled.light_probabilities = stages.learned_probabilities(surface);
-    query = PathStages::light_query(surface, ray.time, sampled);
+    query = stages.light_query(surface, ray.time, sampled, path);
     if (stages.samples_light(surface)) {
       lights.count = stages.light_sample_count(path.state);
       sink.max_shadow_rays = stages.max_shadow_rays(path.state);

@@ -145,7 +145,8 @@ struct PathStages {
   // Returns SurfaceDraws::light_probabilities.
   [[nodiscard]] const LightProbabilities* learned_probabilities(const SurfacePoint& surface) const;
   // Returns the query for a light.
-  [[nodiscard]] static LightQuery light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled);
+  [[nodiscard]] LightQuery light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled,
+                                       const PathInFlight& path) const;
   // Returns the query for one of several light samples, given the numbers that are drawn for its
   // light_sample_address().
   [[nodiscard]] static LightQuery light_query(LightQuery first, const LightDraws& draws) {
@@ -304,6 +305,7 @@ struct PathStages {
   const CausticGuideView* caustics = nullptr;                  // null: no directions of caustics are known
   const VolumeGuideView* volumes = nullptr;                    // null: scattering in media is not guided
   const LightPathView* light_paths = nullptr;                  // null: none are traced
+  const PresampledEnvironmentView* presampled = nullptr;       // null: samples of the environment are drawn
 };
 
 // Returns the key that stochastic transparency hashes for a ray. It differs for every bounce.

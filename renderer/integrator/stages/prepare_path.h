@@ -20,9 +20,16 @@ inline const LightProbabilities* PathStages::learned_probabilities(const Surface
   return light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
 }
 
-inline LightQuery PathStages::light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled) {
-  return {surface.position,    surface.light_normal(),      sampled.draws.light,
-          sampled.draws.spare, sampled.light_probabilities, time};
+inline LightQuery PathStages::light_query(const SurfacePoint& surface, float time, const SurfaceDraws& sampled,
+                                          const PathInFlight& path) const {
+  const bool reads_table = path.sample.sample_index < PresampledEnvironmentView::kMaxSamples;
+  return {surface.position,
+          surface.light_normal(),
+          sampled.draws.light,
+          sampled.draws.spare,
+          sampled.light_probabilities,
+          time,
+          reads_table ? presampled : nullptr};
 }
 
 inline bool PathStages::count_bounce(Lobe lobe, float pdf, PathState& state) const {

@@ -17,11 +17,13 @@ namespace {
 
 // Half of the paths of a pilot for each of these choices.
 SamplePilotSettings pilot_of(const RenderSettings& settings, const Guide* guide) {
-  return {.integrator = settings.integrator,
-          .filter = settings.filter,
-          .guide = guide,
-          .seed = settings.seed,
-          .paths = pilot_paths(settings) / 2};
+  SamplePilotSettings pilot{.integrator = settings.integrator,
+                            .filter = settings.filter,
+                            .guide = guide,
+                            .seed = settings.seed,
+                            .paths = pilot_paths(settings) / 2};
+  pilot.integrator.presamples_environment = false; // too few paths to pay for a table
+  return pilot;
 }
 
 // Returns whether `automatic` looks for sample rates: not with anything that they do not work with,

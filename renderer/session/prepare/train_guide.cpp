@@ -39,6 +39,7 @@ TrainedGuide train_guide(const World& world, const Camera& camera, const RenderS
                                  .blocks = make_blocks(PixelRect{V2i(0, 0), settings.size_px})};
   training.integrator.direct_samples = 1; // a record of light is of one sample
   training.integrator.reflection_samples = 0;
+  training.integrator.presamples_environment = false; // too few to pay for a table
   return train_guide(world, camera, training, stopped, on_done);
 }
 
