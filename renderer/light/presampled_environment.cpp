@@ -3,6 +3,7 @@
 #include "renderer/light/presampled_environment.h"
 
 #include "renderer/base/hash.h"
+#include "renderer/base/standard_arithmetic.h"
 
 #include <tbb/parallel_for.h>
 
@@ -19,6 +20,7 @@ PresampledEnvironment::PresampledEnvironment(const EnvironmentView& environment,
   static_assert(kSide << kDigits == 1U << 24, "a draw is a multiple of 2^-24");
   std::vector<Entry> drawn(size_t{kSide} * kSide);
   tbb::parallel_for(0U, kSide, [&](uint32_t row) {
+    const StandardArithmetic standard_arithmetic;
     std::array<V2f, kSide> draws;
     std::array<EnvironmentView::Cell, kSide> cells;
     std::array<LightSample, kSide> samples;
