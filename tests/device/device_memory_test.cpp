@@ -70,6 +70,9 @@ TEST(DeviceMemory, CopyOfASceneNeedsNothingElse) {
             make_light_paths(settings.integrator, *world, camera, settings.filter, sampler.seed());
         ASSERT_EQ(light_paths != nullptr, setup.light_paths > 0.0f);
         stages.light_paths = light_paths.get();
+        const std::unique_ptr<const PresampledEnvironment> presampled =
+            presample_environment(settings.integrator, world->lights, sampler.seed());
+        stages.presampled = presampled.get();
         const WhittedShader shader = make_whitted_shader(settings.integrator, *world, camera, sampler, lights);
         const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, *world, camera, sampler);
         scene.emplace(*device, DeviceSceneInput{*world, camera, stages, shader, first_hit, sampler, settings.filter,

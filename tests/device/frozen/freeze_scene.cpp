@@ -101,6 +101,9 @@ int main(int argc, char** argv) {
   const std::unique_ptr<LightPaths> light_paths =
       make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
   stages.light_paths = light_paths.get();
+  const std::unique_ptr<const PresampledEnvironment> presampled =
+      presample_environment(settings.integrator, world.lights, sampler.seed());
+  stages.presampled = presampled.get();
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   BlockDevice device;
