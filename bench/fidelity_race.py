@@ -3,22 +3,21 @@
 
     bench/fidelity_race.py FOLDER OUT [--only PATTERN]     # then: bench/equal_noise.py OUT --peers cycles,mitsuba
 
-Each model is copied with its files, and the scenario's camera becomes its only one, so that every renderer sees the same. Its
-environment is copied beside it. scenes.json names both.
+Copies each model with its files and its environment; scenes.json names both. The scenario's camera becomes the only one of the
+copy, so that every renderer has it.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
 import math
 import shutil
-import struct
 import sys
 from pathlib import Path
 
 import fidelity_scenarios
+from peers import gltf_json
 
 BOUNCES = 8
-GLB_MAGIC, JSON_CHUNK = b"glTF", 0x4E4F534A
 
 
 def main():
@@ -42,7 +41,7 @@ def scene_of(scenario, out):
     flags = dict(zip(scenario.flags[::2], scenario.flags[1::2]))
     target = out / scenario.model
     shutil.copytree(scenario.file.parent, target, dirs_exist_ok=True)
-    write_gltf(target / scenario.file.name, with_camera(read_gltf(scenario.file), flags, scenario.aspect))
+    gltf_json.write_json(target / scenario.file.name, with_camera(gltf_json.read_json(scenario.file), flags, scenario.aspect))
     environment = flags.get("--env")
     if environment:
         shutil.copy(environment, out / "env" / environment.name)
@@ -71,25 +70,6 @@ def orbit_rotation(about_y, about_x):
     """Quaternion (x, y, z, w) of a rotation about the x axis, then one about the y axis; radians."""
     sin_y, cos_y, sin_x, cos_x = math.sin(about_y / 2), math.cos(about_y / 2), math.sin(about_x / 2), math.cos(about_x / 2)
     return [cos_y * sin_x, sin_y * cos_x, -sin_y * sin_x, cos_y * cos_x]
-
-
-def read_gltf(path):
-    """The JSON of a .gltf or .glb."""
-    data = path.read_bytes()
-    if data[:4] == GLB_MAGIC:
-        data = data[20:20 + struct.unpack_from("<I", data, 12)[0]]
-    return json.loads(data.decode("utf-8"))
-
-
-def write_gltf(path, document):
-    """Replaces the JSON of a .gltf or .glb, which exists."""
-    text = json.dumps(document, ensure_ascii=False).encode("utf-8")
-    old = path.read_bytes()
-    if old[:4] == GLB_MAGIC:
-        rest = old[20 + struct.unpack_from("<I", old, 12)[0]:]
-        text += b" " * (-len(text) % 4)
-        text = struct.pack("<4sIIII", GLB_MAGIC, 2, 20 + len(text) + len(rest), len(text), JSON_CHUNK) + text + rest
-    path.write_bytes(text)
 
 
 if __name__ == "__main__":

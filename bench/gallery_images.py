@@ -5,9 +5,7 @@
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
-import json
 import math
-import struct
 import subprocess
 import sys
 import tempfile
@@ -16,6 +14,7 @@ from pathlib import Path
 
 import pixels
 import renderers
+from peers import gltf_json
 
 GALLERY = renderers.ROOT / "scenes" / "gallery"
 ROW_SIZE, WHOLE_SIZE = (686, 156), (728, 410)  # pixels
@@ -72,9 +71,7 @@ def name_spheres(scene, image, width, height):
 
 def spheres(scene):
     """(place across the image, 0 to 1; name) of each sphere of a row: the nodes on the x axis, seen along z."""
-    with open(scene, "rb") as file:
-        length = struct.unpack_from("<I", file.read(20), 12)[0]
-        document = json.loads(file.read(length))
+    document = gltf_json.read_json(scene)
     nodes = document["nodes"]
     camera = next(node for node in nodes if "camera" in node)
     lens = document["cameras"][camera["camera"]]["perspective"]

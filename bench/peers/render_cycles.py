@@ -11,7 +11,6 @@ import json
 import math
 import os
 import re
-import struct
 import sys
 import time
 
@@ -25,16 +24,7 @@ import bpy  # noqa: E402  (after the repair of numpy)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # Blender runs scripts without their folder
 import budget  # noqa: E402
-
-
-def read_gltf_json(path):
-    """The JSON of a .gltf or of the first chunk of a .glb (glTF 2.0, section 4.4)."""
-    with open(path, "rb") as file:
-        data = file.read()
-    if data[:4] == b"glTF":
-        length = struct.unpack_from("<I", data, 12)[0]
-        return json.loads(data[20:20 + length])
-    return json.loads(data)
+import gltf_json  # noqa: E402
 
 
 def principled_nodes(material):
@@ -205,7 +195,7 @@ def main():
     import_started = time.perf_counter()
     import_scene(job["scene"])
     import_s = time.perf_counter() - import_started
-    gltf = read_gltf_json(job["scene"])
+    gltf = gltf_json.read_json(job["scene"])
     repair_materials(gltf)
     set_world(job)
     set_cycles(job)

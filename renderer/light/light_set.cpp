@@ -194,17 +194,19 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
   const std::optional<LightTree::Choice> no_emitter;
   for (size_t first = 0; first < queries.size(); first += kGroup) {
     const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
+    const auto draws_sky = [&](size_t i) {
+      return choices[i] && choices[i]->kind == LightKind::environment && group[i].presampled == nullptr;
+    };
     size_t draw_count = 0, descent_count = 0;
     for (size_t i = 0; i < group.size(); ++i) {
       choose_kind(group[i], choices[i]);
       if (!choices[i]) continue;
-      if (choices[i]->kind == LightKind::environment) {
-        const V2f u(first_coordinate(choices[i]->rest), group[i].u.y);
-        if (group[i].presampled != nullptr)
-          group[i].presampled->prefetch(u);
-        else
-          draws[draw_count++] = u;
-      } else if (choices[i]->kind == LightKind::tree)
+      const V2f u(first_coordinate(choices[i]->rest), group[i].u.y); // on the environment
+      if (draws_sky(i))
+        draws[draw_count++] = u;
+      else if (choices[i]->kind == LightKind::environment)
+        group[i].presampled->prefetch(u);
+      else if (choices[i]->kind == LightKind::tree)
         descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
     }
     environment.find_cells(std::span(draws).first(draw_count), std::span(cells).first(draw_count));
@@ -216,7 +218,7 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
       std::optional<LightSample>& sample = samples[first + i];
       sample.reset();
       if (!choices[i]) continue;
-      if (choices[i]->kind == LightKind::environment && group[i].presampled == nullptr) {
+      if (draws_sky(i)) {
         on_sky[sky_count++] = &sample.emplace();
         continue;
       }
@@ -233,7 +235,7 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
     environment.sample_cells(std::span(draws).first(sky_count), std::span(cells).first(sky_count),
                              std::span(on_sky).first(sky_count));
     for (size_t i = 0; i < group.size() && sky_count > 0; ++i) {
-      if (!choices[i] || choices[i]->kind != LightKind::environment || group[i].presampled != nullptr) continue;
+      if (!draws_sky(i)) continue;
       if (!complete(*choices[i], *samples[first + i])) samples[first + i].reset();
     }
   }

@@ -58,9 +58,10 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
   std::unique_ptr<PhotonSource> photons;
   if (beside != nullptr && settings.integrator.photons > 0.0f)
     photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads, groups);
-  std::unique_ptr<const PresampledEnvironment> presampled =
+  // The scene on the device has a copy. Photons, which keep these stages, read no such table.
+  const std::unique_ptr<const PresampledEnvironment> presampled =
       presample_environment(settings.integrator, world.lights, sampler.seed());
-  stages.presampled = presampled.get(); // not of photons, which outlive this function without it
+  stages.presampled = presampled.get();
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
@@ -83,7 +84,6 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
   placed.use.wave_paths = integrator->paths_together();
   placed.on_device = integrator.get();
   placed.device = std::move(device);
-  placed.presampled = std::move(presampled);
   placed.integrator = std::move(integrator);
   return placed;
 }

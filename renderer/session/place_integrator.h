@@ -32,8 +32,7 @@ struct OpenedDevice {
                                                int threads, const DeviceNotice& notice);
 
 struct PlacedIntegrator {
-  std::unique_ptr<MeteredDevice> device;                   // null for the CPU
-  std::unique_ptr<const PresampledEnvironment> presampled; // of an integrator on a device
+  std::unique_ptr<MeteredDevice> device; // null for the CPU
   std::unique_ptr<Integrator> integrator;
   const DeviceIntegrator* on_device = nullptr; // the same one; null for the CPU
   DeviceUse use;

@@ -18,6 +18,7 @@ BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
 sys.path.insert(0, str(BENCH))
 import fidelity_race
 import renderers
+from peers import gltf_json
 
 
 def rotated(quaternion, vector):
@@ -82,7 +83,7 @@ class Folder(unittest.TestCase):
         self.assertEqual(sorted(jobs), ["Binary", "Text"])
         for job in jobs.values():
             self.assertEqual(job.environment, self.out / "env" / "sky.hdr")
-            document = fidelity_race.read_gltf(job.scene)
+            document = gltf_json.read_json(job.scene)
             self.assertEqual([n["name"] for n in document["nodes"] if "camera" in n], ["camera of the scenario"])
         self.assertTrue((self.out / "Text" / "büffer.bin").is_file())
         original, copy = (path.read_bytes() for path in (SCENES / "cornell_box.glb", jobs["Binary"].scene))

@@ -186,7 +186,7 @@ TEST(DeviceRenders, GuidingByTheEnvironment) {
                      &GuidingStatistics::environment_regions);
 }
 
-// Some samples of a pixel are beyond those that read the table.
+// The second of the two samples is beyond those that read the table.
 TEST(DeviceRenders, PresampledEnvironment) {
   constexpr uint32_t kMaxSamples = PresampledEnvironmentView::kMaxSamples;
   RenderSettings settings = small_render(kSize, kMaxSamples + 1);

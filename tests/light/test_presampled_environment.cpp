@@ -7,7 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 

@@ -76,9 +76,9 @@ struct MemoryCosts {
   static constexpr uint64_t kPixelOfMatte = 48;         // while writing: six ranks
   static constexpr uint64_t kEmissiveTriangle = 90;     // held
   static constexpr uint64_t kEmissiveTriangleInBuild = 260;
-  static constexpr uint64_t kEnvironmentTexel = 16;        // held
-  static constexpr uint64_t kEnvironmentTexelInBuild = 48; // while reading
-  static constexpr uint64_t kPresampledEnvironment = 2U << 20;
+  static constexpr uint64_t kEnvironmentTexel = 16;            // held
+  static constexpr uint64_t kEnvironmentTexelInBuild = 48;     // while reading
+  static constexpr uint64_t kPresampledEnvironment = 2U << 20; // held, of any image
   static constexpr uint64_t kNode = 2600;              // of the file, while reading: JSON, tinygltf's and our nodes
   static constexpr uint64_t kInstanceKey = 160;        // matrix in World and accelerator, box, part of its level
   static constexpr uint64_t kTexelsOfTableByte = 1024; // bytes of texels for each byte of their page table
