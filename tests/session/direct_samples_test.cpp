@@ -45,7 +45,8 @@ TEST(DirectSamples, AreChosenWhereShadowsAreNoisy) {
   expect_same_when_given(*world, kNumberOfLights, outcome);
 }
 
-// A point light has one direction, and a floor that nothing shades no noise at all.
+// A point light has one direction, and a floor that nothing shades no noise at all. A probe finds
+// out.
 TEST(DirectSamples, AreOneWhereTheyGainNothing) {
   Scene scene = make_scene({diffuse_material(Rgb(0.7f))},
                            {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 32, 0)});
@@ -57,6 +58,8 @@ TEST(DirectSamples, AreOneWhereTheyGainNothing) {
   EXPECT_EQ(outcome.statistics.direct_samples.count, 1);
   EXPECT_EQ(outcome.statistics.direct_samples.predicted, 1.0);
   EXPECT_GT(outcome.statistics.direct_samples.paths, 0U);
+  const RenderOutcome whole_pilot = render_open(*penumbra_world(), long_render_to_choose());
+  EXPECT_LT(outcome.statistics.direct_samples.paths, whole_pilot.statistics.direct_samples.paths / 3);
   RenderSettings one = long_render_to_choose();
   one.chooses_direct_samples = false;
   expect_same_bits(outcome.film, render_open(*world, one).film, "one sample");

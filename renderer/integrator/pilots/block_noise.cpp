@@ -6,26 +6,35 @@
 #include "renderer/integrator/pilots/pilot_grid.h"
 #include "renderer/integrator/pilots/pilot_tasks.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace kindling {
 namespace {
 
-constexpr size_t kRuns = 2;          // independent renders of a block
-constexpr double kTrimmed = 0.005;   // share of the pixels that do not count: fireflies
-constexpr double kFloorShare = 0.1;  // of the image's mean luminance: below, the absolute error counts
-constexpr double kCameraCost = 0.75; // of a camera ray and its sample, in rays of bounces and shadows
+constexpr size_t kRuns = 2;                          // independent renders of a block
+constexpr int64_t kMaxFilmPixels = int64_t{1} << 14; // blocks of large images are far apart
+constexpr double kFloorShare = 0.1;                  // of the image's mean luminance: below, the absolute error counts
 
 // Luminance of the pixels of a block, by setting and run.
 using BlockLuminance = std::array<std::array<std::vector<double>, kRuns>, kMaxNoiseSettings>;
 using Errors = std::array<double, kMaxNoiseSettings>; // by setting
 
 double square_of(double x) { return x * x; }
+
+// Returns the mean luminance of a pixel.
+double luminance_of(const Film::Totals& totals) {
+  if (!(totals.weight > 0.0)) return 0.0;
+  return (0.2126 * totals.rgb[0] + 0.7152 * totals.rgb[1] + 0.0722 * totals.rgb[2]) / totals.weight;
+}
+
+PixelRect united(const PixelRect& a, const PixelRect& b) {
+  return {V2i(std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y)),
+          V2i(std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y))};
+}
 
 double mean_of(const std::vector<double>& values) {
   double sum = 0.0;
@@ -34,7 +43,7 @@ double mean_of(const std::vector<double>& values) {
 }
 
 // Returns the squared relative errors of all pixels, summed for each setting.
-Errors relative_errors(const std::vector<BlockLuminance>& blocks, size_t settings) {
+Errors relative_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& shape) {
   double sum = 0.0;
   for (const BlockLuminance& block : blocks) sum += mean_of(block[0][0]);
   const double floor = kFloorShare * sum / static_cast<double>(blocks.size());
@@ -45,17 +54,93 @@ Errors relative_errors(const std::vector<BlockLuminance>& blocks, size_t setting
     if (!(scale2 > 0.0)) continue;
     for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel) {
       Errors& error = errors.emplace_back();
-      for (size_t i = 0; i < settings; ++i) error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
+      for (size_t i = 0; i < shape.settings; ++i)
+        error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
     }
   }
   std::sort(errors.begin(), errors.end(),
             [](const Errors& a, const Errors& b) { return std::pair(a[0] + a[1], a) < std::pair(b[0] + b[1], b); });
-  errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - kTrimmed)));
+  errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - shape.trimmed)));
   Errors sums{};
   for (const Errors& error : errors)
-    for (size_t i = 0; i < settings; ++i) sums[i] += error[i];
+    for (size_t i = 0; i < shape.settings; ++i) sums[i] += error[i];
   return sums;
 }
+
+// The blocks of a pilot, rendered with one setting after the other.
+class NoiseSurvey {
+ public:
+  NoiseSurvey(const World& world, const Camera& camera, const SamplePilotSettings& settings, const NoiseBlocks& shape,
+              const std::function<bool()>& stopped)
+      : world_(world), camera_(camera), settings_(settings), shape_(shape), stopped_(stopped),
+        grid_(make_pilot_grid(camera.size_px(), settings.paths / shape.paths_per_block(), shape.side)),
+        blocks_(grid_.blocks.size()), is_lit_(grid_.blocks.size(), 1) {}
+
+  PilotWork render(const IntegratorSettings& integrator_settings, size_t setting, size_t run) {
+    const Sampler sampler(hash_combine(hash_u32(settings_.seed ^ 0xa54ff53aU), static_cast<uint32_t>(run)));
+    const PathIntegrator integrator(integrator_settings, world_, camera_, sampler, settings_.filter, AovSet{},
+                                    settings_.guide);
+    const bool finds_lit = setting == 0 && run == 0; // by the rays of each block
+    const size_t per_task = finds_lit ? 1 : blocks_per_batch();
+    const size_t tasks = (grid_.blocks.size() + per_task - 1) / per_task;
+    return run_pilot_tasks(integrator, world_, stopped_, tasks, [&](size_t task, PathContext& context) {
+      const uint64_t shadow_rays = context.counters.shadow;
+      const size_t first = task * per_task;
+      render_blocks(integrator, first, std::min(grid_.blocks.size(), first + per_task), setting, run, context);
+      if (finds_lit) is_lit_[first] = context.counters.shadow > shadow_rays ? 1 : 0;
+    });
+  }
+
+  [[nodiscard]] Errors errors() const { return relative_errors(blocks_, shape_); }
+
+ private:
+  // Small blocks share a batch of paths.
+  [[nodiscard]] size_t blocks_per_batch() const {
+    const size_t paths = shape_.samples * static_cast<size_t>(shape_.side * shape_.side);
+    return std::max<size_t>(settings_.integrator.batch_size / paths, 1);
+  }
+
+  // Renders those of the blocks [first, end) that are lit, as many together as one film has space
+  // for.
+  void render_blocks(const PathIntegrator& integrator, size_t first, size_t end, size_t setting, size_t run,
+                     PathContext& context) {
+    while (first < end) {
+      std::vector<size_t> numbers;
+      PixelRect bounds;
+      for (; first < end; ++first) {
+        if (!is_lit_[first]) continue;
+        const PixelRect with_block = numbers.empty() ? grid_.blocks[first] : united(bounds, grid_.blocks[first]);
+        if (!numbers.empty() && with_block.pixel_count() > kMaxFilmPixels) break;
+        bounds = with_block;
+        numbers.push_back(first);
+      }
+      if (!numbers.empty()) render_blocks(integrator, numbers, bounds, setting, run, context);
+    }
+  }
+
+  void render_blocks(const PathIntegrator& integrator, std::span<const size_t> numbers, const PixelRect& bounds,
+                     size_t setting, size_t run, PathContext& context) {
+    std::vector<BlockWork> work;
+    for (const size_t number : numbers) work.push_back({.block = grid_.blocks[number], .samples = {0, shape_.samples}});
+    Film film(camera_.size_px(), bounds, AovSet{});
+    integrator.render_blocks(work, context, film);
+    for (size_t i = 0; i < work.size(); ++i) {
+      std::vector<double>& luminances = blocks_[numbers[i]][setting][run];
+      const PixelRect& block = work[i].block;
+      for (int y = block.min.y; y < block.max.y; ++y)
+        for (int x = block.min.x; x < block.max.x; ++x) luminances.push_back(luminance_of(film.totals({x, y})));
+    }
+  }
+
+  const World& world_;
+  const Camera& camera_;
+  const SamplePilotSettings& settings_;
+  const NoiseBlocks& shape_;
+  const std::function<bool()>& stopped_;
+  PilotGrid grid_;
+  std::vector<BlockLuminance> blocks_;
+  std::vector<uint8_t> is_lit_; // after the first run: a path has sampled a light
+};
 
 } // namespace
 
@@ -66,10 +151,7 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
   const Clock::time_point start = Clock::now();
   MeasuredNoise measured;
   if (settings.paths < shape.paths_per_block()) return measured;
-  const V2i size_px = camera.size_px();
-  const PilotGrid grid = make_pilot_grid(size_px, settings.paths / shape.paths_per_block(), shape.side);
-  std::vector<BlockLuminance> blocks(grid.blocks.size());
-  std::vector<uint8_t> is_lit(grid.blocks.size(), 1); // after the first run: a path has sampled a light
+  NoiseSurvey survey(world, camera, settings, shape, stopped);
   measured.complete = true;
   for (size_t setting = 0; setting < shape.settings && measured.complete; ++setting)
     for (size_t run = 0; run < kRuns && measured.complete; ++run) {
@@ -78,34 +160,18 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
       one.photons = 0.0f;
       one.light_groups = LightGrouping::off;
       change(one, setting);
-      const Sampler sampler(hash_combine(hash_u32(settings.seed ^ 0xa54ff53aU), static_cast<uint32_t>(run)));
-      const PathIntegrator integrator(one, world, camera, sampler, settings.filter, AovSet{}, settings.guide);
-      const PilotWork work =
-          run_pilot_tasks(integrator, world, stopped, grid.blocks.size(), [&](size_t number, PathContext& context) {
-            if (!is_lit[number]) return;
-            const PixelRect& block = grid.blocks[number];
-            const uint64_t shadow_rays = context.counters.shadow;
-            Film film(size_px, block, AovSet{});
-            if (integrator.render_block(block, {0, shape.samples}, context, film) < shape.samples) return;
-            if (setting == 0 && run == 0) is_lit[number] = context.counters.shadow > shadow_rays ? 1 : 0;
-            std::vector<float> rgb;
-            // Else this thread would take another task meanwhile.
-            tbb::this_task_arena::isolate([&] { rgb = film.resolve(Aov::beauty); });
-            std::vector<double>& luminances = blocks[number][setting][run];
-            for (size_t i = 0; i < rgb.size(); i += 3)
-              luminances.push_back(static_cast<double>(luminance({rgb[i], rgb[i + 1], rgb[i + 2]})));
-          });
+      const PilotWork work = survey.render(one, setting, run);
       measured.complete = work.complete;
       choice.rays.add(work.rays);
       choice.paths += work.rays.paths;
       choice.busy_s += work.busy_s;
       measured.shadow_rays[setting] += static_cast<double>(work.rays.shadow);
       if (setting > 0) continue;
-      measured.other_cost += static_cast<double>(work.rays.bounce);
-      if (run == 0) measured.other_cost += kRuns * kCameraCost * static_cast<double>(work.rays.camera);
+      measured.bounce_rays += static_cast<double>(work.rays.bounce);
+      if (run == 0) measured.camera_rays += kRuns * static_cast<double>(work.rays.camera);
     }
-  if (measured.complete) measured.error = relative_errors(blocks, shape.settings);
-  choice.pilot_s = std::chrono::duration<double>(Clock::now() - start).count();
+  if (measured.complete) measured.error = survey.errors();
+  choice.pilot_s += std::chrono::duration<double>(Clock::now() - start).count();
   return measured;
 }
 

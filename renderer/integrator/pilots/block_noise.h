@@ -42,11 +42,17 @@ inline constexpr size_t kMaxNoiseSettings = 3;
 struct NoiseBlocks {
   int side = 0; // in pixels, at most kBlockSize
   uint32_t samples = 0;
-  size_t settings = 2; // at most kMaxNoiseSettings
+  size_t settings = 2;    // at most kMaxNoiseSettings
+  double trimmed = 0.005; // share of the pixels that do not count: fireflies
 
   [[nodiscard]] uint64_t paths_per_block() const {
     return uint64_t{2} * settings * samples * static_cast<uint64_t>(side * side);
   }
+};
+
+// The cost of a ray together with the work that comes with it, in any unit.
+struct RayCosts {
+  double camera = 0.0, bounce = 0.0, shadow = 0.0;
 };
 
 // Noise and cost of the settings.
@@ -54,9 +60,11 @@ struct MeasuredNoise {
   bool complete = false;                         // neither stopped nor too few paths for a block
   std::array<double, kMaxNoiseSettings> error{}; // squared relative errors, summed over the same pixels
   std::array<double, kMaxNoiseSettings> shadow_rays{};
-  double other_cost = 0.0; // of the first setting: camera rays, samples and bounces, in rays
+  double camera_rays = 0.0, bounce_rays = 0.0; // of the first setting, with the background's
 
-  [[nodiscard]] double cost() const { return other_cost + shadow_rays[0]; } // of the first setting
+  [[nodiscard]] double cost(const RayCosts& costs) const { // of the first setting
+    return costs.camera * camera_rays + costs.bounce * bounce_rays + costs.shadow * shadow_rays[0];
+  }
   [[nodiscard]] double more_shadow_rays() const { return std::max(shadow_rays[1] - shadow_rays[0], 0.0); }
 };
 

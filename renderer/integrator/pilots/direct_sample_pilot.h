@@ -20,12 +20,14 @@ struct DirectSampleChoice : SampleChoice { // `count`: of light samples
 // n light samples and r reflection samples is then a + b / n + s / (1 + r), as the path itself
 // takes one direction; the cost is c + d n + e r. The numbers with the smallest product are chosen
 // if it is kMinDirectSampleGain times less than with one light sample and, where there are
-// reflection samples, than without them. Once `stopped` returns true, the choice is 1 and 0.
+// reflection samples, kMinReflectionSampleGain times less than without them. A probe ends the pilot
+// early where neither can gain. Once `stopped` returns true, the choice is 1 and 0.
 [[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
                                                        const SamplePilotSettings& settings, DirectSampleChoices open,
                                                        const std::function<bool()>& stopped);
 
-inline constexpr int kMaxChosenDirectSamples = 4;
+inline constexpr int kMaxChosenDirectSamples = 8;
 inline constexpr double kMinDirectSampleGain = 1.1;
+inline constexpr double kMinReflectionSampleGain = 1.03; // beyond that of light samples
 
 } // namespace kindling

@@ -14,6 +14,7 @@ constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 4};
 // relative to the cost without.
 constexpr double kLinkCost = 0.5;
 constexpr double kRecordCost = 0.07;
+constexpr RayCosts kReuseRayCosts{.camera = 0.75, .bounce = 1.0, .shadow = 1.0};
 
 } // namespace
 
@@ -25,7 +26,8 @@ SampleChoice choose_path_reuse(const World& world, const Camera& camera, const S
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice);
   constexpr std::array kCounts{2, 4, static_cast<int>(kMaxPathReuse)};
-  const CountCost cost{kRecordCost, kLinkCost * measured.more_shadow_rays() / (kCounts.back() - 1) / measured.cost()};
+  const CountCost cost{kRecordCost,
+                       kLinkCost * measured.more_shadow_rays() / (kCounts.back() - 1) / measured.cost(kReuseRayCosts)};
   choose_count(measured, kCounts, cost, kMinPathReuseGain, choice);
   return choice;
 }
