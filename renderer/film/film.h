@@ -14,6 +14,7 @@
 #include "renderer/film/split_light.h"
 #include "renderer/film/zeroed_array.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstddef>
@@ -39,6 +40,11 @@ struct PixelRect {
   [[nodiscard]] bool empty() const { return width() <= 0 || height() <= 0; }
   [[nodiscard]] bool contains(const PixelRect& part) const {
     return part.min.x >= min.x && part.min.y >= min.y && part.max.x <= max.x && part.max.y <= max.y;
+  }
+  // Returns the smallest rectangle around both; neither is empty.
+  [[nodiscard]] PixelRect united(const PixelRect& other) const {
+    return {V2i(std::min(min.x, other.min.x), std::min(min.y, other.min.y)),
+            V2i(std::max(max.x, other.max.x), std::max(max.y, other.max.y))};
   }
   bool operator==(const PixelRect&) const = default;
 };
@@ -127,6 +133,7 @@ class Film {
   struct Totals {
     std::array<double, 3> rgb{};
     double weight = 0.0;
+    [[nodiscard]] double luminance() const { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
   };
   [[nodiscard]] Totals totals(const V2i& pixel) const {
     const PixelSum& sum = sums_[index_of(pixel)];

@@ -62,8 +62,7 @@ double AdaptiveSampling::squared_error(const PixelRect& block, const Film& film)
         const double difference = first.rgb[c] / first.weight - (all.rgb[c] - first.rgb[c]) / second_weight;
         largest = std::max(largest, difference * difference * 0.25);
       }
-      const double mean_luminance = (0.2126 * all.rgb[0] + 0.7152 * all.rgb[1] + 0.0722 * all.rgb[2]) / all.weight;
-      const double scale = std::max(mean_luminance, 0.0) + kNoiseFloor;
+      const double scale = std::max(all.luminance() / all.weight, 0.0) + kNoiseFloor;
       sum += largest / (scale * scale);
     }
   return sum / static_cast<double>(block.pixel_count());

@@ -28,10 +28,6 @@ constexpr uint32_t kSamples = SampleRates::kPilotLevels;
 constexpr size_t kBlockPixels = kBlockSize * kBlockSize;
 constexpr size_t kBlocksPerTask = 8;
 
-double luminance_of(const Film::Totals& totals) {
-  return 0.2126 * totals.rgb[0] + 0.7152 * totals.rgb[1] + 0.0722 * totals.rgb[2];
-}
-
 // Sums over the samples of a pixel. Every pixel of an image has them, so they are small.
 struct SampleSums {
   float sum = 0.0f, squares = 0.0f;
@@ -81,7 +77,7 @@ void take_sample(const Film& film, PilotBlock& block, BlockTotals& before) {
   const BlockTotals now = totals_of(film, block);
   for (size_t i = 0; i < now.size(); ++i)
     if (const double weight = now[i].weight - before[i].weight; weight > 0.0)
-      block.sums[i].add(static_cast<float>((luminance_of(now[i]) - luminance_of(before[i])) / weight));
+      block.sums[i].add(static_cast<float>((now[i].luminance() - before[i].luminance()) / weight));
   before = now;
 }
 
@@ -179,9 +175,7 @@ class PilotRun {
     for (PilotBlock& block : blocks) (block.adds ? added : others).push_back(&block);
     if (!others.empty()) {
       PixelRect bounds = others[0]->rect;
-      for (const PilotBlock* block : others)
-        bounds = {V2i(std::min(bounds.min.x, block->rect.min.x), std::min(bounds.min.y, block->rect.min.y)),
-                  V2i(std::max(bounds.max.x, block->rect.max.x), std::max(bounds.max.y, block->rect.max.y))};
+      for (const PilotBlock* block : others) bounds = bounds.united(block->rect);
       Film dropped(size_px_, bounds, AovSet{});
       if (!trace_blocks(others, samples, dropped)) return false;
     }

@@ -25,15 +25,9 @@ using Errors = std::array<double, kMaxNoiseSettings>; // by setting
 
 double square_of(double x) { return x * x; }
 
-// Returns the mean luminance of a pixel.
-double luminance_of(const Film::Totals& totals) {
-  if (!(totals.weight > 0.0)) return 0.0;
-  return (0.2126 * totals.rgb[0] + 0.7152 * totals.rgb[1] + 0.0722 * totals.rgb[2]) / totals.weight;
-}
-
-PixelRect united(const PixelRect& a, const PixelRect& b) {
-  return {V2i(std::min(a.min.x, b.min.x), std::min(a.min.y, b.min.y)),
-          V2i(std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y))};
+// Returns the mean luminance of a pixel; 0 if negative filter lobes outweigh its few samples.
+double mean_luminance(const Film::Totals& totals) {
+  return totals.weight > 0.0 ? totals.luminance() / totals.weight : 0.0;
 }
 
 double mean_of(const std::vector<double>& values) {
@@ -86,7 +80,7 @@ class NoiseSurvey {
     return run_pilot_tasks(integrator, world_, stopped_, tasks, [&](size_t task, PathContext& context) {
       const uint64_t shadow_rays = context.counters.shadow;
       const size_t first = task * per_task;
-      render_blocks(integrator, first, std::min(grid_.blocks.size(), first + per_task), setting, run, context);
+      render_lit(integrator, first, std::min(grid_.blocks.size(), first + per_task), setting, run, context);
       if (finds_lit) is_lit_[first] = context.counters.shadow > shadow_rays ? 1 : 0;
     });
   }
@@ -102,24 +96,24 @@ class NoiseSurvey {
 
   // Renders those of the blocks [first, end) that are lit, as many together as one film has space
   // for.
-  void render_blocks(const PathIntegrator& integrator, size_t first, size_t end, size_t setting, size_t run,
-                     PathContext& context) {
+  void render_lit(const PathIntegrator& integrator, size_t first, size_t end, size_t setting, size_t run,
+                  PathContext& context) {
     while (first < end) {
       std::vector<size_t> numbers;
       PixelRect bounds;
       for (; first < end; ++first) {
         if (!is_lit_[first]) continue;
-        const PixelRect with_block = numbers.empty() ? grid_.blocks[first] : united(bounds, grid_.blocks[first]);
+        const PixelRect with_block = numbers.empty() ? grid_.blocks[first] : bounds.united(grid_.blocks[first]);
         if (!numbers.empty() && with_block.pixel_count() > kMaxFilmPixels) break;
         bounds = with_block;
         numbers.push_back(first);
       }
-      if (!numbers.empty()) render_blocks(integrator, numbers, bounds, setting, run, context);
+      if (!numbers.empty()) render_together(integrator, numbers, bounds, setting, run, context);
     }
   }
 
-  void render_blocks(const PathIntegrator& integrator, std::span<const size_t> numbers, const PixelRect& bounds,
-                     size_t setting, size_t run, PathContext& context) {
+  void render_together(const PathIntegrator& integrator, std::span<const size_t> numbers, const PixelRect& bounds,
+                       size_t setting, size_t run, PathContext& context) {
     std::vector<BlockWork> work;
     for (const size_t number : numbers) work.push_back({.block = grid_.blocks[number], .samples = {0, shape_.samples}});
     Film film(camera_.size_px(), bounds, AovSet{});
@@ -128,7 +122,7 @@ class NoiseSurvey {
       std::vector<double>& luminances = blocks_[numbers[i]][setting][run];
       const PixelRect& block = work[i].block;
       for (int y = block.min.y; y < block.max.y; ++y)
-        for (int x = block.min.x; x < block.max.x; ++x) luminances.push_back(luminance_of(film.totals({x, y})));
+        for (int x = block.min.x; x < block.max.x; ++x) luminances.push_back(mean_luminance(film.totals({x, y})));
     }
   }
 
