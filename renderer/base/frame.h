@@ -34,7 +34,12 @@ struct Frame {
     return {unit, n.cross(unit), n};
   }
 
-  [[nodiscard]] V3f to_local(const V3f& v) const { return {v.dot(tangent), v.dot(bitangent), v.dot(normal)}; }
+  // Returns the local coordinates of one vector, or of several in lanes.
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> to_local(const Imath::Vec3<Real>& v) const {
+    const auto dot = [&v](const V3f& axis) { return Real(v.x * axis.x + v.y * axis.y + v.z * axis.z); };
+    return {dot(tangent), dot(bitangent), dot(normal)};
+  }
   [[nodiscard]] V3f to_world(const V3f& v) const { return tangent * v.x + bitangent * v.y + normal * v.z; }
 };
 

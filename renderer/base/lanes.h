@@ -172,6 +172,13 @@ struct LaneRows {
 
 // Calls a function of floats for each lane; the compiler makes vector code of it where it can.
 template <typename F>
+[[nodiscard]] inline Lanes for_each_lane(const F& f, const Lanes& x) {
+  LaneNumbers in, out;
+  in.store(x);
+  for (size_t i = 0; i < Lanes::kCount; ++i) out[i] = f(in[i]);
+  return out.load();
+}
+template <typename F>
 [[nodiscard]] inline Lanes for_each_lane(const F& f, const Lanes& x, const Lanes& y) {
   LaneNumbers in_x, in_y, out;
   in_x.store(x);

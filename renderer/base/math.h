@@ -56,8 +56,13 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Returns the relative luminance of linear Rec. 709 (ITU-R BT.709).
-[[nodiscard]] inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+// Returns the relative luminance of linear Rec. 709 (ITU-R BT.709), of one color or of several in
+// lanes.
+template <typename Real>
+[[nodiscard]] Real luminance(const Imath::Vec3<Real>& c) {
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
+[[nodiscard]] inline float luminance(const Rgb& c) { return luminance<float>(c); }
 
 // Transforms by row-vector matrices, without the perspective division: the last column must be
 // (0, 0, 0, 1).

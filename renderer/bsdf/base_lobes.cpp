@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/base_lobes.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 
 namespace kindling {
@@ -143,26 +144,50 @@ Rgb BaseLobes::diffuse_value(const V3f& wi) const {
   return diffuse_ * (has_microfacets_ ? through(microfacet_albedo(wi), wi.z) * wi.z : wi.z);
 }
 
-BaseLobes::Eval BaseLobes::eval(const V3f& wi) const {
-  const bool above = wi.z > 0.0f;
+BaseLobes::Eval BaseLobes::eval_below(const V3f& wi) const {
   const float mu = std::abs(wi.z);
-  if (!has_microfacets_) return {(above ? diffuse_ : transmitted_) * mu, 0.0f};
-  if (!above && is_black(transmitted_)) return {};
-
-  const GgxAlbedo seen = microfacet_albedo(wi);
-  const float through_i = through(seen, mu);
-  if (!above) return {transmitted_ * (through_i * mu), 0.0f};
-
-  const GgxLobe::Eval single = lobe_.eval(wi);
-  const float schlick = pow5(std::max(1.0f - single.cos_d, 0.0f));
-  Rgb fresnel = f0_ + (Rgb(f90_) - f0_) * schlick;
-  if (film_amount_ > 0.0f) {
-    Rgb film(0.0f);
-    if (film_on_dielectric_) film += film_on_dielectric_->fresnel(single.cos_d) * film_dielectric_;
-    if (film_on_metal_) film += film_on_metal_->fresnel(single.cos_d) * film_metal_;
-    fresnel = lerp(fresnel, film, film_amount_);
-  }
-  return {fresnel * single.value + (multiple_ * (1.0f - seen.e) + diffuse_ * through_i) * mu, single.pdf};
+  if (!has_microfacets_) return {transmitted_ * mu, 0.0f};
+  if (is_black(transmitted_)) return {};
+  return {transmitted_ * (through(microfacet_albedo(wi), mu) * mu), 0.0f};
 }
+
+template <typename Real>
+BaseLobes::EvalOf<Real> BaseLobes::eval_above(const Imath::Vec3<Real>& wi) const {
+  const Real& mu = wi.z;
+  if (!has_microfacets_) return {{diffuse_.x * mu, diffuse_.y * mu, diffuse_.z * mu}, 0.0f};
+  const GgxAlbedoOf<Real> seen = microfacet_albedo(wi);
+  const Real through_i = through(seen, mu), lost = 1.0f - seen.e;
+  const GgxLobe::EvalOf<Real> single = lobe_.eval(wi);
+  const Real schlick = pow5(maximum(Real(1.0f - single.cos_d), Real(0.0f)));
+  Imath::Vec3<Real> film(Real(0.0f));
+  const auto add_film = [&film](const Imath::Vec3<Real>& reflected, float weight) {
+    for (int c = 0; c < 3; ++c) film[c] = film[c] + reflected[c] * weight;
+  };
+  if (film_on_dielectric_) add_film(film_on_dielectric_->fresnel(single.cos_d), film_dielectric_);
+  if (film_on_metal_) add_film(film_on_metal_->fresnel(single.cos_d), film_metal_);
+  const auto channel = [&](int c) {
+    Real fresnel = f0_[c] + (f90_ - f0_[c]) * schlick;
+    if (film_amount_ > 0.0f) fresnel = fresnel + (film[c] - fresnel) * film_amount_;
+    return Real(fresnel * single.value + (multiple_[c] * lost + diffuse_[c] * through_i) * mu);
+  };
+  return {{channel(0), channel(1), channel(2)}, single.pdf};
+}
+
+template BaseLobes::Eval BaseLobes::eval_above(const V3f&) const;
+#if !KINDLING_ON_GPU
+template BaseLobes::EvalOf<Lanes> BaseLobes::eval_above(const Imath::Vec3<Lanes>&) const;
+
+GgxAlbedoOf<Lanes> BaseLobes::microfacet_albedo(const Imath::Vec3<Lanes>& w) const {
+  if (!anisotropic_) return table_(absolute(w.z));
+  LaneVectors directions;
+  LaneNumbers e, b;
+  directions.store(w);
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    const GgxAlbedo one = anisotropic_table_(directions[lane]);
+    e[lane] = one.e, b[lane] = one.b;
+  }
+  return {e.load(), b.load()};
+}
+#endif
 
 } // namespace kindling

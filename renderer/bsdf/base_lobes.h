@@ -11,6 +11,7 @@
 
 #include <array>
 #include <optional>
+#include <type_traits>
 
 namespace kindling {
 
@@ -21,12 +22,18 @@ class BaseLobes {
   // Parameters must be in their ranges; wo must be unit with wo.z >= kMinCosTheta.
   BaseLobes(const BsdfParameters& parameters, const LayerParameters& layers, const V3f& wo);
 
-  struct Eval {
-    Rgb value{0.0f};        // f |cos_theta_i|
-    float glossy_pdf{0.0f}; // of sample_glossy(), above the horizon
+  template <typename Real>
+  struct EvalOf {
+    Imath::Vec3<Real> value{Real(0.0f)}; // f |cos_theta_i|
+    Real glossy_pdf = 0.0f;              // of sample_glossy(), above the horizon
   };
+  using Eval = EvalOf<float>;
   // wi must be unit with wi.z != 0; it may be above or below the horizon.
-  [[nodiscard]] Eval eval(const V3f& wi) const;
+  [[nodiscard]] Eval eval(const V3f& wi) const { return wi.z > 0.0f ? eval_above(wi) : eval_below(wi); }
+  // eval() of a direction above the horizon (float) or of several (Lanes); lanes of others have any
+  // result.
+  template <typename Real>
+  [[nodiscard]] EvalOf<Real> eval_above(const Imath::Vec3<Real>& wi) const;
   // Returns the diffuse reflection's part of eval().value.
   [[nodiscard]] Rgb diffuse_value(const V3f& wi) const;
   [[nodiscard]] V3f sample_glossy(const V2f& u) const { return lobe_.sample(u); }
@@ -44,24 +51,30 @@ class BaseLobes {
   [[nodiscard]] const Rgb& diffuse_albedo() const { return diffuse_albedo_; }
 
  private:
+  [[nodiscard]] Eval eval_below(const V3f& wi) const;
   [[nodiscard]] GgxAlbedo microfacet_albedo(const V3f& w) const {
     return anisotropic_ ? anisotropic_table_(w) : table_(std::abs(w.z));
   }
+  [[nodiscard]] GgxAlbedoOf<Lanes> microfacet_albedo(const Imath::Vec3<Lanes>& w) const;
   // The middle azimuth represents all of them.
   [[nodiscard]] GgxAlbedo middle_albedo(float mu) const {
     const float xy = std::sqrt(0.5f * (1.0f - mu * mu));
-    return microfacet_albedo({xy, xy, mu});
+    return microfacet_albedo(V3f(xy, xy, mu));
   }
   // Returns the fraction of light that the dielectric's specular layer lets in (or out), 1 - S.
-  [[nodiscard]] float through(const GgxAlbedo& seen, float mu) const {
-    float s = base_constant_ + base_e_ * seen.e + base_b_ * seen.b;
+  template <typename Real>
+  [[nodiscard]] Real through(const GgxAlbedoOf<Real>& seen, const std::type_identity_t<Real>& mu) const {
+    Real s = base_constant_ + base_e_ * seen.e + base_b_ * seen.b;
     if (film_dielectric_ > 0.0f)
-      s -= film_amount_ * specular_ * (film_schlick_ * seen.b + seen.e * film_residual_at(mu));
-    return std::max(s, 0.0f);
+      s = s - film_amount_ * specular_ * (film_schlick_ * seen.b + seen.e * film_residual_at(mu));
+    return maximum(s, Real(0.0f));
   }
   [[nodiscard]] float film_residual_at(float mu) const {
     const FilmAlbedo::Position at = FilmAlbedo::position(mu);
     return lerp(film_residual_[at.node], film_residual_[at.node + 1], at.fraction);
+  }
+  [[nodiscard]] Lanes film_residual_at(const Lanes& mu) const {
+    return for_each_lane([this](float one) { return film_residual_at(one); }, mu);
   }
   // The plain material, for set_film().
   struct FilmBase {

@@ -31,17 +31,21 @@ class ClearcoatLobe {
     albedo_ = kF0 * (seen.e - seen.b) + seen.b + fms * (1.0f - seen.e);
   }
 
-  struct Eval {
-    float value; // f |cos_theta_i| with the coat's cosine
-    float pdf;
+  template <typename Real>
+  struct EvalOf {
+    Real value; // f |cos_theta_i| with the coat's cosine
+    Real pdf;
   };
   // wi must be unit, in the frame of the base. Returns zero below the coat's horizon.
-  [[nodiscard]] Eval eval(const V3f& wi) const {
-    const V3f local = frame_.to_local(wi);
-    if (!(local.z > 0.0f)) return {0.0f, 0.0f};
-    const GgxLobe::Eval single = lobe_.eval(local);
-    const float fresnel = kF0 + (1.0f - kF0) * pow5(std::max(1.0f - single.cos_d, 0.0f));
-    return {fresnel * single.value + multiple_ * (1.0f - table_(local.z).e) * local.z, single.pdf};
+  template <typename Real>
+  [[nodiscard]] EvalOf<Real> eval(const Imath::Vec3<Real>& wi) const {
+    const Imath::Vec3<Real> local = frame_.to_local(wi);
+    const auto above = local.z > 0.0f;
+    if (!any(above)) return {0.0f, 0.0f};
+    const GgxLobe::EvalOf<Real> single = lobe_.eval(local);
+    const Real fresnel = kF0 + (1.0f - kF0) * pow5(maximum(Real(1.0f - single.cos_d), Real(0.0f)));
+    const Real value = fresnel * single.value + multiple_ * (1.0f - table_(local.z).e) * local.z;
+    return {select(above, value, Real(0.0f)), select(above, single.pdf, Real(0.0f))};
   }
   // Returns a unit direction in the frame of the base, possibly below the base's horizon. Empty if
   // it is below the coat's own horizon: absorbed.

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dielectric_lobe.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/anisotropic_albedo.h"
 #include "renderer/bsdf/anisotropic_interface.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/bsdf/dielectric_albedo.h"
 #include "renderer/bsdf/ggx_albedo.h"
 #include "renderer/bsdf/layer_parameters.h"
-#include "renderer/bsdf/thin_film.h"
 #include "renderer/sampling/warp.h"
 
 #include <cassert>
@@ -39,9 +39,7 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
       tint_(saturate(parameters.tint)) {
   if (parameters.iridescence > 0.0f && parameters.film_thickness_nm > 0.0f) {
     iridescence_ = saturate(parameters.iridescence);
-    film_ior_ = parameters.film_ior;
-    film_thickness_nm_ = parameters.film_thickness_nm;
-    film_base_f0_ = fresnel_(dielectric_f0(eta_));
+    film_.emplace(1.0f, parameters.film_ior, fresnel_(dielectric_f0(eta_)), parameters.film_thickness_nm);
   }
 
   const bool smooth_facets = std::max(alpha_x_, alpha_y_) <= kSmoothAlpha;
@@ -154,71 +152,106 @@ float DielectricLobe::mean_cosine(float alpha) const {
 }
 
 // Equal from both sides, as nothing is absorbed.
-Rgb DielectricLobe::film_fresnel(float cos_o, float cos_t) const {
-  return thin_film_fresnel(eta_ >= 1.0f ? cos_o : cos_t, 1.0f, film_ior_, film_base_f0_, film_thickness_nm_);
+template <typename Real>
+Imath::Vec3<Real> DielectricLobe::film_fresnel(const Real& cos_o, const Real& cos_t) const {
+  return film_->fresnel(eta_ >= 1.0f ? cos_o : cos_t);
 }
 
-DielectricLobe::Split DielectricLobe::split(float cos_o, float cos_t) const {
-  if (cos_t < 0.0f) return {Rgb(1.0f), Rgb(0.0f)};
-  const Rgb f = fresnel_(dielectric_fresnel(cos_o, cos_t, eta_));
-  const float through = std::max(1.0f - max_component(f), 0.0f);
-  if (iridescence_ == 0.0f) return {f, tint_ * through};
-  const Rgb film = film_fresnel(cos_o, cos_t);
-  return {lerp(f, film, iridescence_), tint_ * lerp(Rgb(through), Rgb(1.0f) - film, iridescence_)};
+template <typename Real>
+DielectricLobe::SplitOf<Real> DielectricLobe::split(const Real& cos_o, const Real& cos_t) const {
+  const auto total = cos_t < 0.0f;
+  if (all(total)) return {Imath::Vec3<Real>(Real(1.0f)), Imath::Vec3<Real>(Real(0.0f))};
+  const Imath::Vec3<Real> f = fresnel_(dielectric_fresnel(cos_o, cos_t, eta_));
+  const Real through = maximum(Real(1.0f - maximum(f.x, maximum(f.y, f.z))), Real(0.0f));
+  SplitOf<Real> result{f, {through, through, through}};
+  if (iridescence_ > 0.0f) {
+    const Imath::Vec3<Real> film = film_fresnel(cos_o, cos_t);
+    for (int c = 0; c < 3; ++c) {
+      result.reflected[c] = f[c] + (film[c] - f[c]) * iridescence_;
+      result.transmitted[c] = through + ((1.0f - film[c]) - through) * iridescence_;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    result.reflected[c] = select(total, Real(1.0f), result.reflected[c]);
+    result.transmitted[c] = select(total, Real(0.0f), Real(tint_[c] * result.transmitted[c]));
+  }
+  return result;
 }
 
 // Proportional to the luminances to either side. Below a millionth the probability is 0: such a
 // sample is not worthwhile and its weight might not be finite.
-float DielectricLobe::reflection_probability(const Split& split) const {
+template <typename Real>
+Real DielectricLobe::reflection_probability(const SplitOf<Real>& split) const {
   if (!transmits_) return 1.0f;
-  const float reflected = luminance(split.reflected);
-  const float transmitted = luminance(split.transmitted);
-  const float sum = reflected + transmitted;
-  if (transmitted <= 1e-6f * sum) return 1.0f;
-  return reflected > 1e-6f * sum ? reflected / sum : 0.0f;
+  const Real reflected = luminance(split.reflected);
+  const Real transmitted = luminance(split.transmitted);
+  const Real sum = reflected + transmitted;
+  const Real share = select(reflected > 1e-6f * sum, Real(reflected / sum), Real(0.0f));
+  return select(transmitted <= 1e-6f * sum, Real(1.0f), share);
 }
 
-float DielectricLobe::distribution(float x2, float y2, float z2) const {
-  const float q = x2 / (alpha_x_ * alpha_x_) + y2 / (alpha_y_ * alpha_y_) + z2;
+template <typename Real>
+Real DielectricLobe::distribution(const Real& x2, const Real& y2, const Real& z2) const {
+  const Real q = x2 / (alpha_x_ * alpha_x_) + y2 / (alpha_y_ * alpha_y_) + z2;
   return kInvPi / (alpha_x_ * alpha_y_ * q * q);
 }
 
-float DielectricLobe::stretched_length(const V3f& w) const {
-  return std::sqrt(square(alpha_x_ * w.x) + square(alpha_y_ * w.y) + w.z * w.z);
+template <typename Real>
+Real DielectricLobe::stretched_length(const Imath::Vec3<Real>& w) const {
+  const Real x = alpha_x_ * w.x, y = alpha_y_ * w.y;
+  return square_root(Real(x * x + y * y + w.z * w.z));
 }
 
-BsdfEval DielectricLobe::eval(const V3f& wi) const {
-  if (smooth_ || wi.z == 0.0f) return {};
-  const float mu_i = std::abs(wi.z);
+template <typename Real>
+DielectricLobe::Mirrored<Real> DielectricLobe::mirrored(const Imath::Vec3<Real>& wi) const {
   const float mu_o = wo_.z;
   // G2 / (4 mu_o mu_i), correlated in height (Heitz 2014, "Understanding the Masking-Shadowing
   // Function", equation 99).
-  const float visibility = 0.5f / (mu_i * t_o_ + mu_o * stretched_length(wi));
+  const Real visibility = 0.5f / (wi.z * t_o_ + mu_o * stretched_length(wi));
   const float normals = 1.0f / (cap_bound_ * mu_o + t_o_); // density of visible normals: 2 D (wo . h) times this
+  const Real x = wo_.x + wi.x, y = wo_.y + wi.y, z = wo_.z + wi.z; // the length is 2 cos(theta_d)
+  const Real length2 = x * x + y * y + z * z;
+  const Real cos_d = 0.5f * square_root(length2);
+  const Real inverse = 1.0f / length2;
+  const Real d = distribution(Real(x * x * inverse), Real(y * y * inverse), Real(z * z * inverse));
+  const SplitOf<Real> here = split(cos_d, refracted_cosine(cos_d, eta_));
+  return {here, reflection_probability(here), d * visibility * wi.z, 0.5f * d * normals};
+}
 
-  if (wi.z > 0.0f || thin_walled_) {
-    if (wi.z < 0.0f && !transmits_) return {};
-    const V3f sum(wo_.x + wi.x, wo_.y + wi.y, wo_.z + mu_i); // its length is 2 cos(theta_d)
-    const float length2 = sum.length2();
-    const float cos_d = 0.5f * std::sqrt(length2);
-    const float inverse = 1.0f / length2;
-    const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
-    const Split here = split(cos_d, refracted_cosine(cos_d, eta_));
-    const float probability = reflection_probability(here);
-    const Rgb common = scale_ * (d * visibility * mu_i);
-    const float density = 0.5f * d * normals;
-    if (wi.z > 0.0f) return {here.reflected * common, probability * density};
-    return {here.transmitted * common, (1.0f - probability) * density};
-  }
+template <typename Real>
+BsdfEvalOf<Real> DielectricLobe::eval_reflected(const Imath::Vec3<Real>& wi) const {
+  const Mirrored<Real> at = mirrored(wi);
+  const auto channel = [&](int c) { return Real(at.split.reflected[c] * (scale_[c] * at.scale)); };
+  return {{channel(0), channel(1), channel(2)}, at.probability * at.density, 0.0f};
+}
 
-  // Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization,
-  // whose length is +-(cos_o - eta cos_t). The sign makes it point to wo's side.
+template BsdfEval DielectricLobe::eval_reflected(const V3f&) const;
+#if !KINDLING_ON_GPU
+template BsdfEvalOf<Lanes> DielectricLobe::eval_reflected(const Imath::Vec3<Lanes>&) const;
+#endif
+
+BsdfEval DielectricLobe::eval(const V3f& wi) const {
+  if (smooth_ || wi.z == 0.0f) return {};
+  if (wi.z > 0.0f) return eval_reflected(wi);
+  if (!thin_walled_) return eval_refracted(wi);
+  if (!transmits_) return {};
+  const Mirrored<float> at = mirrored(V3f(wi.x, wi.y, -wi.z));
+  return {at.split.transmitted * (scale_ * at.scale), (1.0f - at.probability) * at.density};
+}
+
+// Walter et al. 2007, equations 16, 17 and 21, in terms of the half vector before normalization,
+// whose length is +-(cos_o - eta cos_t). The sign makes it point to wo's side.
+BsdfEval DielectricLobe::eval_refracted(const V3f& wi) const {
   const V3f sum = (wo_ + wi * eta_) * (eta_ > 1.0f ? -1.0f : 1.0f);
   const float length2 = sum.length2();
   const float inverse_length = 1.0f / std::sqrt(length2);
   const float cos_o = wo_.dot(sum) * inverse_length;
   const float cos_t = -wi.dot(sum) * inverse_length;
   if (!(sum.z > 0.0f && cos_o > 0.0f && cos_t > 0.0f)) return {};
+  const float mu_i = -wi.z;
+  const float mu_o = wo_.z;
+  const float visibility = 0.5f / (mu_i * t_o_ + mu_o * stretched_length(wi)); // and normals: as in mirrored()
+  const float normals = 1.0f / (cap_bound_ * mu_o + t_o_);
   const float inverse = 1.0f / length2;
   const float d = distribution(sum.x * sum.x * inverse, sum.y * sum.y * inverse, sum.z * sum.z * inverse);
   const Split here = split(cos_o, cos_t);

@@ -5,6 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/thin_film.h"
 
 #include <algorithm>
 #include <optional>
@@ -57,6 +58,10 @@ class DielectricLobe {
 
   // Returns f |cos_theta_i| and the density; delta directions are excluded.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
+  // eval() of a direction above the surface (float) or of several (Lanes), not for deltas; lanes of
+  // others have any result.
+  template <typename Real>
+  [[nodiscard]] BsdfEvalOf<Real> eval_reflected(const Imath::Vec3<Real>& wi) const;
   // u_lobe in [0, 1) selects reflection or transmission at the microfacet that u in [0, 1)^2 gives.
   // Empty: absorbed, or lost between the microfacets. pdf 0: a delta direction.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
@@ -81,17 +86,35 @@ class DielectricLobe {
 
  private:
   // The parts of light that a microfacet reflects and transmits; the latter includes the tint.
-  struct Split {
-    Rgb reflected, transmitted;
+  template <typename Real>
+  struct SplitOf {
+    Imath::Vec3<Real> reflected, transmitted;
   };
+  using Split = SplitOf<float>;
   // cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond; cos_t < 0 is
   // total reflection.
-  [[nodiscard]] Rgb film_fresnel(float cos_o, float cos_t) const;
-  [[nodiscard]] Split split(float cos_o, float cos_t) const;
-  [[nodiscard]] float reflection_probability(const Split& split) const;
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> film_fresnel(const Real& cos_o, const Real& cos_t) const;
+  template <typename Real>
+  [[nodiscard]] SplitOf<Real> split(const Real& cos_o, const Real& cos_t) const;
+  template <typename Real>
+  [[nodiscard]] Real reflection_probability(const SplitOf<Real>& split) const;
   [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
-  [[nodiscard]] float distribution(float x2, float y2, float z2) const;
-  [[nodiscard]] float stretched_length(const V3f& w) const;
+  template <typename Real>
+  [[nodiscard]] Real distribution(const Real& x2, const Real& y2, const Real& z2) const;
+  template <typename Real>
+  [[nodiscard]] Real stretched_length(const Imath::Vec3<Real>& w) const;
+  // A microfacet that mirrors a direction.
+  template <typename Real>
+  struct Mirrored {
+    SplitOf<Real> split;
+    Real probability; // of sample() to reflect there
+    Real scale;       // of the split, in f |cos_theta_i|, without scale_
+    Real density;     // of the direction, with the probability 1
+  };
+  template <typename Real>
+  [[nodiscard]] Mirrored<Real> mirrored(const Imath::Vec3<Real>& wi) const; // wi.z > 0
+  [[nodiscard]] BsdfEval eval_refracted(const V3f& wi) const;
   [[nodiscard]] std::optional<BsdfSample> sample_smooth(float u_lobe) const;
   void set_albedos();
   void set_albedos_from_tables(float alpha);
@@ -118,9 +141,7 @@ class DielectricLobe {
   Rgb transmitted_{0.0f};
   Rgb straight_{0.0f};
   float iridescence_ = 0.0f;
-  float film_ior_ = 1.3f;
-  float film_thickness_nm_ = 0.0f;
-  Rgb film_base_f0_{0.04f};
+  std::optional<ThinFilm> film_; // if iridescence_ is above 0
 };
 
 } // namespace kindling

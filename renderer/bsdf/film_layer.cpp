@@ -2,21 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/film_layer.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/bsdf/fast_pow.h"
-#include "renderer/bsdf/fresnel.h"
 
 namespace kindling {
 
 FilmLayer::FilmLayer(const LayerParameters& layers, const Rgb& base_f0)
     : film_(1.0f + 0.5f * layers.clearcoat, layers.iridescence_ior, base_f0, layers.iridescence_thickness_nm),
       outside_ior_(1.0f + 0.5f * layers.clearcoat) {}
-
-float FilmLayer::cosine_below_coat(float cos_theta) const {
-  return outside_ior_ > 1.0f ? refracted_cosine(std::min(cos_theta, 1.0f), outside_ior_) : cos_theta;
-}
-
-Rgb FilmLayer::fresnel(float cos_theta) const { return film_.fresnel(cosine_below_coat(cos_theta)); }
 
 float FilmLayer::schlick(const GgxAlbedo& seen) const {
   const float x = seen.e > 0.0f ? std::min(seen.b / seen.e, 1.0f) : 0.0f;
@@ -30,14 +24,37 @@ Rgb FilmLayer::f0(const GgxAlbedo& seen) const {
   return saturate((fresnel(seen) - Rgb(x)) / (1.0f - x));
 }
 
+namespace {
+
+// Returns the film's Fresnel at the cosine of each node: in lanes, where there are any.
+std::array<Rgb, kFilmNodes> node_fresnels(const FilmLayer& film) {
+  std::array<Rgb, kFilmNodes> fresnels;
+#if KINDLING_ON_GPU
+  for (uint32_t k = 0; k < kFilmNodes; ++k) fresnels[k] = film.fresnel(film_node_cosine(k));
+#else
+  static_assert(kFilmNodes % Lanes::kCount == 0);
+  for (uint32_t first = 0; first < kFilmNodes; first += Lanes::kCount) {
+    LaneNumbers cosines;
+    LaneVectors values;
+    for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) cosines[lane] = film_node_cosine(first + lane);
+    values.store(film.fresnel(cosines.load()));
+    for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) fresnels[first + lane] = values[lane];
+  }
+#endif
+  return fresnels;
+}
+
+} // namespace
+
 FilmAlbedo::FilmAlbedo(const FilmLayer& film, float roughness) {
   schlick_share_ = pow5(1.0f - film.cosine_below_coat(0.0f));
+  const std::array<Rgb, kFilmNodes> fresnels = node_fresnels(film);
   std::array<Nodes, 3> values; // Fresnel without Schlick's rise, at the cosines of the nodes
   Rgb sum(0.0f);
   float weights = 0.0f;
   for (uint32_t k = 0; k < kFilmNodes; ++k) {
     const float cosine = film_node_cosine(k);
-    const Rgb f = film.fresnel(cosine) - Rgb(schlick_share_ * pow5(1.0f - cosine));
+    const Rgb f = fresnels[k] - Rgb(schlick_share_ * pow5(1.0f - cosine));
     for (int c = 0; c < 3; ++c) values[static_cast<size_t>(c)][k] = f[c];
     const float weight = film_node_area(k);
     sum += f * weight;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/ggx_albedo.h"
 #include "renderer/bsdf/layer_parameters.h"
 #include "renderer/bsdf/thin_film.h"
@@ -16,14 +17,21 @@ class FilmLayer {
  public:
   FilmLayer(const LayerParameters& layers, const Rgb& base_f0);
 
-  [[nodiscard]] Rgb fresnel(float cos_theta) const;
+  // For one cosine (float), or for several (Lanes).
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> fresnel(const Real& cos_theta) const {
+    return film_.fresnel(cosine_below_coat(cos_theta));
+  }
   // Returns the film's Fresnel at an angle that represents a lobe: B / E is the mean of (1 - cos)^5
   // over the lobe.
   [[nodiscard]] Rgb fresnel(const GgxAlbedo& seen) const;
   // Returns the F0 with which Schlick's Fresnel equals the film's at that angle.
   [[nodiscard]] Rgb f0(const GgxAlbedo& seen) const;
   // Returns the cosine within the coat; the same without one.
-  [[nodiscard]] float cosine_below_coat(float cos_theta) const;
+  template <typename Real>
+  [[nodiscard]] Real cosine_below_coat(const Real& cos_theta) const {
+    return outside_ior_ > 1.0f ? refracted_cosine(minimum(cos_theta, Real(1.0f)), outside_ior_) : cos_theta;
+  }
 
  private:
   // Returns (1 - cos)^5 below the coat at that angle.

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 
 #include <cassert>
+#include <type_traits>
 
 namespace kindling {
 
@@ -17,16 +19,18 @@ namespace kindling {
 
 // Snell's law: returns the cosine beyond the interface for the cosine on this side; -1 for total
 // reflection.
-[[nodiscard]] inline float refracted_cosine(float cos_theta, float eta) {
-  const float cos2 = 1.0f - (1.0f - cos_theta * cos_theta) / (eta * eta);
-  return cos2 > 0.0f ? std::sqrt(cos2) : -1.0f;
+template <typename Real>
+[[nodiscard]] Real refracted_cosine(const Real& cos_theta, float eta) {
+  const Real cos2 = 1.0f - (1.0f - cos_theta * cos_theta) / (eta * eta);
+  return select(cos2 > 0.0f, square_root(maximum(Real(0.0f), cos2)), Real(-1.0f));
 }
 
 // Returns the reflectance of unpolarized light, given both cosines. Symmetric: (cos_i, cos_t, eta)
 // and (cos_t, cos_i, 1 / eta) give the same.
-[[nodiscard]] inline float dielectric_fresnel(float cos_i, float cos_t, float eta) {
-  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+template <typename Real>
+[[nodiscard]] Real dielectric_fresnel(const Real& cos_i, const Real& cos_t, float eta) {
+  const Real parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const Real perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
@@ -37,9 +41,10 @@ namespace kindling {
 }
 
 // Schlick 1994, as in glTF's appendix B.
-[[nodiscard]] inline float schlick_fresnel(float f0, float f90, float cos_theta) {
-  const float x = std::min(std::max(1.0f - cos_theta, 0.0f), 1.0f);
-  const float x2 = x * x;
+template <typename Real>
+[[nodiscard]] Real schlick_fresnel(const std::type_identity_t<Real>& f0, float f90, const Real& cos_theta) {
+  const Real x = minimum(maximum(Real(1.0f - cos_theta), Real(0.0f)), Real(1.0f));
+  const Real x2 = x * x;
   return f0 + (f90 - f0) * (x2 * x2 * x);
 }
 
@@ -70,9 +75,10 @@ class SpecularFresnel {
   }
 
   // Returns F' for an exact reflectance F. Not for total internal reflection.
-  [[nodiscard]] Rgb operator()(float f) const {
-    const Rgb modified = offset_ + slope_ * f;
-    return {std::max(modified.x, 0.0f), std::max(modified.y, 0.0f), std::max(modified.z, 0.0f)};
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> operator()(const Real& f) const {
+    const auto channel = [&](int c) { return maximum(Real(offset_[c] + slope_[c] * f), Real(0.0f)); };
+    return {channel(0), channel(1), channel(2)};
   }
   // Coefficients of F' = offset + slope F.
   [[nodiscard]] const Rgb& offset() const { return offset_; }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 #include "renderer/sampling/warp.h"
 
@@ -27,27 +28,30 @@ class GgxLobe {
     pdf_factor_ = 0.5f / (cap_bound_ * wo.z + t_o_);
   }
 
-  struct Eval {
-    float value; // D G2 / (4 mu_o): times Fresnel it is f |cos_theta_i|
-    float pdf;   // solid angle
-    float cos_d; // between wi and the half vector
+  template <typename Real>
+  struct EvalOf {
+    Real value; // D G2 / (4 mu_o): times Fresnel it is f |cos_theta_i|
+    Real pdf;   // solid angle
+    Real cos_d; // between wi and the half vector
   };
-  // wi must be unit with wi.z > 0.
-  [[nodiscard]] Eval eval(const V3f& wi) const {
-    assert(wi.z > 0.0f);
+  using Eval = EvalOf<float>;
+  // wi must be unit with wi.z > 0; lanes of others have any result.
+  template <typename Real>
+  [[nodiscard]] EvalOf<Real> eval(const Imath::Vec3<Real>& wi) const {
+    assert(any(wi.z > 0.0f));
     // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
-    const V3f sum = wo_ + wi;
-    const float length2 = sum.length2();
+    const Imath::Vec3<Real> sum(wo_.x + wi.x, wo_.y + wi.y, wo_.z + wi.z);
+    const Real length2 = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
     // D = alpha_x alpha_y / (pi q^2) does not cancel, however narrow the lobe (Burley 2012; Heitz
     // 2014, equation 85).
     const float a2 = alpha_x_ * alpha_y_;
-    const float q =
+    const Real q =
         (sum.x * sum.x * (alpha_y_ / alpha_x_) + sum.y * sum.y * (alpha_x_ / alpha_y_) + a2 * sum.z * sum.z) / length2;
-    const float d = a2 * kInvPi / (q * q);
+    const Real d = a2 * kInvPi / (q * q);
     // G2 / (4 mu_o mu_i), height-correlated (Heitz 2014, "Understanding the Masking-Shadowing
     // Function", equation 99).
-    const float visibility = 0.5f / (wi.z * t_o_ + wo_.z * stretched_length(wi));
-    return {d * visibility * wi.z, d * pdf_factor_, 0.5f * std::sqrt(length2)};
+    const Real visibility = 0.5f / (wi.z * t_o_ + wo_.z * stretched_length(wi));
+    return {d * visibility * wi.z, d * pdf_factor_, 0.5f * square_root(length2)};
   }
 
   [[nodiscard]] float max_alpha() const { return alpha_x_ > alpha_y_ ? alpha_x_ : alpha_y_; }
@@ -67,8 +71,10 @@ class GgxLobe {
   }
 
  private:
-  [[nodiscard]] float stretched_length(const V3f& w) const {
-    return std::sqrt(square(alpha_x_ * w.x) + square(alpha_y_ * w.y) + w.z * w.z);
+  template <typename Real>
+  [[nodiscard]] Real stretched_length(const Imath::Vec3<Real>& w) const {
+    const Real x = alpha_x_ * w.x, y = alpha_y_ * w.y;
+    return square_root(Real(x * x + y * y + w.z * w.z));
   }
 
   V3f wo_{0.0f, 0.0f, 1.0f};

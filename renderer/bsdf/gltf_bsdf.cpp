@@ -79,7 +79,7 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
 }
 
 template <typename Real>
-GltfBsdf::EvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) const {
+BsdfEvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) const {
   const float alpha2 = alpha_ * alpha_;
   // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
   const Real x = wo_.x + wi.x, y = wo_.y + wi.y, z = wo_.z + wi.z;
@@ -109,24 +109,14 @@ GltfBsdf::EvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) c
 BsdfEval GltfBsdf::eval(const V3f& wi) const {
   if (!(wi.z > 0.0f)) return {};
   if (glossy_probability_ == 0.0f) return {diffuse_ * wi.z, wi.z * kInvPi};
-  const EvalOf<float> eval = eval_microfacets(wi);
-  return {eval.value, eval.pdf, eval.reflection_pdf};
+  return eval_microfacets(wi);
 }
 
 void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
   assert(wi.size() <= kEvalsTogether);
 #if !KINDLING_ON_GPU
   if (wi.size() >= kMinEvalsTogether && glossy_probability_ > 0.0f) {
-    LaneVectors directions, values;
-    LaneNumbers densities, reflection_densities;
-    for (size_t lane = 0; lane < Lanes::kCount; ++lane) directions.set(lane, wi[std::min(lane, wi.size() - 1)]);
-    const EvalOf<Lanes> eval = eval_microfacets(directions.load());
-    values.store(eval.value);
-    densities.store(eval.pdf);
-    reflection_densities.store(eval.reflection_pdf);
-    for (size_t lane = 0; lane < wi.size(); ++lane)
-      evals.set(lane,
-                wi[lane].z > 0.0f ? BsdfEval{values[lane], densities[lane], reflection_densities[lane]} : BsdfEval{});
+    evals.set_above(wi, eval_microfacets(in_lanes(wi)));
     return;
   }
 #endif

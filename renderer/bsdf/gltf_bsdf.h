@@ -3,11 +3,9 @@
 #pragma once
 
 #include "renderer/base/math.h"
-#include "renderer/base/on_gpu.h"
+#include "renderer/bsdf/bsdf_eval.h"
 #include "renderer/bsdf/ggx_albedo.h"
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -27,29 +25,6 @@ struct BsdfParameters {
 
 // The kind of event that sampled a direction; selects the bounce limit that counts it.
 enum class Lobe : uint8_t { diffuse, glossy, transmission };
-
-// Directions that are evaluated together: in the lanes of vectors, which the threads of a GPU do
-// not have.
-inline constexpr size_t kEvalsTogether = KINDLING_ON_GPU ? 1 : Lanes::kCount;
-inline constexpr size_t kMinEvalsTogether = 3; // fewer are evaluated faster one by one
-
-struct BsdfEval {
-  Rgb value{0.0f};             // f(wo, wi) |cos_theta_i|
-  float pdf = 0.0f;            // solid-angle density of sample() for wi
-  float reflection_pdf = 0.0f; // of sample_reflection()
-};
-
-// Those of several directions. Not initialized, so that it costs nothing.
-struct BsdfEvals {
-  std::array<Rgb, kEvalsTogether> values;
-  std::array<float, kEvalsTogether> pdfs, reflection_pdfs;
-  void set(size_t number, const BsdfEval& eval) {
-    values[number] = eval.value, pdfs[number] = eval.pdf, reflection_pdfs[number] = eval.reflection_pdf;
-  }
-  [[nodiscard]] BsdfEval operator[](size_t number) const {
-    return {values[number], pdfs[number], reflection_pdfs[number]};
-  }
-};
 
 struct BsdfSample {
   V3f wi;           // unit, local
@@ -114,14 +89,9 @@ class GltfBsdf {
   [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
  private:
-  template <typename Real>
-  struct EvalOf {
-    Imath::Vec3<Real> value;
-    Real pdf, reflection_pdf;
-  };
   // eval() of directions above the horizon, not for Lambert.
   template <typename Real>
-  [[nodiscard]] EvalOf<Real> eval_microfacets(const Imath::Vec3<Real>& wi) const;
+  [[nodiscard]] BsdfEvalOf<Real> eval_microfacets(const Imath::Vec3<Real>& wi) const;
 
   V3f wo_;
   float glossy_probability_ = 0.0f; // probability of sampling visible normals; 0: Lambert, only diffuse_ is set below

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/layered_bsdf.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/bsdf_ranges.h"
 #include "renderer/sampling/warp.h"
 
@@ -114,33 +115,43 @@ LayeredBsdf::LayeredBsdf(Checked, const BsdfParameters& p, const LayerParameters
   for (int i = kCosine; i >= 0 && (i == kCosine || weights[i + 1] == 0.0f); --i) choice_end_[i] = 1.0f;
 }
 
+template <typename Real>
+Real LayeredBsdf::base_weight_above(const Real& mu) const {
+  if (!sheen_) return base_weight_;
+  const Real from_light = 1.0f - max_sheen_ * sheen_->albedo(mu);
+  return minimum(Real(base_weight_), Real(coat_transmittance_ * maximum(from_light, Real(0.0f))));
+}
+
 float LayeredBsdf::base_weight(const V3f& wi) const {
-  if (!sheen_ || (wi.z < 0.0f && !thin_walled_)) return base_weight_;
-  const float from_light = 1.0f - max_sheen_ * sheen_->albedo(std::abs(wi.z));
-  return std::min(base_weight_, coat_transmittance_ * std::max(from_light, 0.0f));
+  return wi.z < 0.0f && !thin_walled_ ? base_weight_ : base_weight_above(std::abs(wi.z));
+}
+
+template <typename Real>
+BsdfEvalOf<Real> LayeredBsdf::eval_opaque_above(const Imath::Vec3<Real>& wi) const {
+  const BaseLobes::EvalOf<Real> base = base_.eval_above(wi);
+  const Real glossy_pdf = choice_probability(kGlossy) * base.glossy_pdf;
+  BsdfEvalOf<Real> result{base.value * base_weight_above(wi.z),
+                          glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi, glossy_pdf};
+  if (sheen_) {
+    const SheenLobe::EvalOf<Real> sheen = sheen_->eval(wi);
+    for (int c = 0; c < 3; ++c) result.value[c] = result.value[c] + sheen_weight_[c] * sheen.value;
+    result.pdf = result.pdf + choice_probability(kSheen) * sheen.pdf;
+  }
+  if (coat_) {
+    const ClearcoatLobe::EvalOf<Real> coat = coat_->eval(wi);
+    for (int c = 0; c < 3; ++c) result.value[c] = result.value[c] + coat_weight_ * coat.value;
+    const Real coat_pdf = choice_probability(kCoat) * coat.pdf;
+    result.pdf = result.pdf + coat_pdf;
+    result.reflection_pdf = result.reflection_pdf + coat_pdf;
+  }
+  const Real& found = result.reflection_pdf; // by any microfacets
+  result.reflection_pdf = select(found > 0.0f, Real(found / microfacet_probability()), found);
+  return result;
 }
 
 BsdfEval LayeredBsdf::eval_opaque(const V3f& wi) const {
-  const BaseLobes::Eval base = base_.eval(wi);
-  const Rgb below_layers = base.value * base_weight(wi);
-  if (wi.z < 0.0f) return {below_layers, choice_probability(kBelow) * -wi.z * kInvPi};
-
-  const float glossy_pdf = choice_probability(kGlossy) * base.glossy_pdf;
-  BsdfEval result{below_layers, glossy_pdf + choice_probability(kCosine) * wi.z * kInvPi, glossy_pdf};
-  if (sheen_) {
-    const SheenLobe::Eval sheen = sheen_->eval(wi);
-    result.value += sheen_weight_ * sheen.value;
-    result.pdf += choice_probability(kSheen) * sheen.pdf;
-  }
-  if (coat_) {
-    const ClearcoatLobe::Eval coat = coat_->eval(wi);
-    result.value += Rgb(coat_weight_ * coat.value);
-    const float coat_pdf = choice_probability(kCoat) * coat.pdf;
-    result.pdf += coat_pdf;
-    result.reflection_pdf += coat_pdf;
-  }
-  if (result.reflection_pdf > 0.0f) result.reflection_pdf /= microfacet_probability();
-  return result;
+  if (wi.z < 0.0f) return {base_.eval(wi).value * base_weight(wi), choice_probability(kBelow) * -wi.z * kInvPi};
+  return eval_opaque_above(wi);
 }
 
 BsdfEval LayeredBsdf::eval(const V3f& wi) const {
@@ -152,6 +163,27 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
     result.pdf += choice_probability(kGlass) * glass.pdf;
   }
   return result;
+}
+
+void LayeredBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
+  assert(wi.size() <= kEvalsTogether);
+#if !KINDLING_ON_GPU
+  if (wi.size() >= kMinEvalsTogether) {
+    const Imath::Vec3<Lanes> directions = in_lanes(wi);
+    BsdfEvalOf<Lanes> result = eval_opaque_above(directions);
+    if (glass_ && !glass_->is_delta()) {
+      const BsdfEvalOf<Lanes> glass = glass_->eval_reflected(directions);
+      const Lanes weight = transmissive_ * base_weight_above(directions.z);
+      for (int c = 0; c < 3; ++c) result.value[c] = result.value[c] + glass.value[c] * weight;
+      result.pdf = result.pdf + choice_probability(kGlass) * glass.pdf;
+    }
+    evals.set_above(wi, result);
+    for (size_t i = 0; i < wi.size() && spreads_from_below(); ++i)
+      if (wi[i].z < 0.0f) evals.set(i, eval(wi[i]));
+    return;
+  }
+#endif
+  for (size_t i = 0; i < wi.size(); ++i) evals.set(i, eval(wi[i]));
 }
 
 Rgb LayeredBsdf::diffuse_value(const V3f& wi) const {

@@ -10,6 +10,7 @@
 #include "renderer/bsdf/sheen_lobe.h"
 
 #include <optional>
+#include <span>
 
 namespace kindling {
 
@@ -33,6 +34,8 @@ class LayeredBsdf {
 
   // Returns f |cos_theta_i| and the density; delta directions are excluded.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
+  // The same for at most kEvalsTogether directions, with the same bits.
+  void eval(std::span<const V3f> wi, BsdfEvals& evals) const;
   // pdf 0: a delta direction. u_lobe in [cosine_begin(), 1) selects the cosine lobe above the
   // surface, with a total probability of 1 - cosine_begin(). Directions below the surface are
   // Lobe::transmission; sheen is Lobe::diffuse.
@@ -85,8 +88,19 @@ class LayeredBsdf {
   [[nodiscard]] float microfacet_probability() const { return choice_probability(kCoat) + choice_probability(kGlossy); }
   // Returns the transmittance of all layers above the base, from wo to wi.
   [[nodiscard]] float base_weight(const V3f& wi) const;
+  // The same for a cosine above the surface, or for several.
+  template <typename Real>
+  [[nodiscard]] Real base_weight_above(const Real& mu) const;
   // Everything except the glass.
   [[nodiscard]] BsdfEval eval_opaque(const V3f& wi) const;
+  // eval_opaque() of a direction above the horizon (float) or of several (Lanes); lanes of others
+  // have any result.
+  template <typename Real>
+  [[nodiscard]] BsdfEvalOf<Real> eval_opaque_above(const Imath::Vec3<Real>& wi) const;
+  // True if light from below the surface is found by eval().
+  [[nodiscard]] bool spreads_from_below() const {
+    return choice_probability(kBelow) > 0.0f || (glass_ && !glass_->is_delta());
+  }
   [[nodiscard]] std::optional<BsdfSample> sample_glass(float u_lobe, const V2f& u) const;
 
   BaseLobes base_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/sheen_lobe.h"
 
+#include "renderer/base/on_gpu.h"
 #include "renderer/sampling/warp.h"
 
 namespace kindling {
@@ -21,11 +22,18 @@ Column column_of(float mu) {
   return {index, x - static_cast<float>(index)};
 }
 
-// Interpolates between two rows, the first of which is `row`.
+// Interpolates between two rows.
+template <typename Real>
+Real interpolate(const Real (&corners)[4], const Real& s, float fraction) {
+  const Real upper = corners[0] + (corners[1] - corners[0]) * s, lower = corners[2] + (corners[3] - corners[2]) * s;
+  return upper + (lower - upper) * fraction;
+}
+
+// The first row is `row`.
 float at_column(const SheenNode* row, const Column& column, float fraction, float SheenNode::*member) {
   const SheenNode* n = row + column.index;
   const SheenNode* m = n + kSheenMuNodes;
-  return lerp(lerp(n[0].*member, n[1].*member, column.s), lerp(m[0].*member, m[1].*member, column.s), fraction);
+  return interpolate({n[0].*member, n[1].*member, m[0].*member, m[1].*member}, column.s, fraction);
 }
 
 } // namespace
@@ -65,36 +73,63 @@ SheenLobe::SheenLobe(float roughness, const V3f& wo, const SheenNode* table)
   sin_azimuth_ = length > 1e-12f ? wo.y / length : 0.0f;
 }
 
-float SheenLobe::shadowing(float mu) const {
-  const bool low = mu < 0.5f;
-  const float x = low ? mu : std::max(1.0f - mu, 0.0f);
-  const float l = a_ / (1.0f + b_ * fast_pow(x, c_)) + d_ * x + e_;
-  return fast_exp2(low ? l : twice_half_ - l);
+template <typename Real>
+Real SheenLobe::shadowing(const Real& mu) const {
+  const auto low = mu < 0.5f;
+  const Real x = select(low, mu, maximum(Real(1.0f - mu), Real(0.0f)));
+  const Real l = a_ / (1.0f + b_ * fast_pow(x, c_)) + d_ * x + e_;
+  return fast_exp2(select(low, l, Real(twice_half_ - l)));
 }
 
-float SheenLobe::interpolated(float SheenNode::*member, float mu) const {
+template <>
+float SheenLobe::interpolated(float SheenNode::*member, const float& mu) const {
   return at_column(row_, column_of(mu), fraction_, member);
 }
+#if !KINDLING_ON_GPU
+template <>
+Lanes SheenLobe::interpolated(float SheenNode::*member, const Lanes& mu) const {
+  LaneNumbers corners[4], s;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    const Column column = column_of(mu[lane]);
+    const SheenNode* const n = row_ + column.index;
+    const SheenNode* const m = n + kSheenMuNodes;
+    corners[0][lane] = n[0].*member, corners[1][lane] = n[1].*member;
+    corners[2][lane] = m[0].*member, corners[3][lane] = m[1].*member;
+    s[lane] = column.s;
+  }
+  return interpolate({corners[0].load(), corners[1].load(), corners[2].load(), corners[3].load()}, s.load(), fraction_);
+}
+#endif
 
-float SheenLobe::raw_value(const V3f& wi) const {
-  const V3f sum = wo_ + wi;
-  const float sin2 = std::min((sum.x * sum.x + sum.y * sum.y) / sum.length2(), 1.0f);
-  const float d = fast_pow(sin2, 0.5f * inverse_alpha_);
+template <typename Real>
+Real SheenLobe::raw_value(const Imath::Vec3<Real>& wi) const {
+  const Real x = wo_.x + wi.x, y = wo_.y + wi.y, z = wo_.z + wi.z;
+  const Real across2 = x * x + y * y;
+  const Real sin2 = minimum(Real(across2 / (across2 + z * z)), Real(1.0f));
+  const Real d = fast_pow(sin2, 0.5f * inverse_alpha_);
   return norm_ * d / (1.0f + shadowing_o_ + shadowing(wi.z));
 }
 
-float SheenLobe::pdf(const V3f& wi) const {
-  const float x = cos_azimuth_ * wi.x + sin_azimuth_ * wi.y;
-  const float y = cos_azimuth_ * wi.y - sin_azimuth_ * wi.x;
-  const float length2 = square(stretch_x_ * x - shear_ * wi.z) + square(stretch_y_ * y) + wi.z * wi.z;
+template <typename Real>
+Real SheenLobe::pdf(const Imath::Vec3<Real>& wi) const {
+  const Real x = stretch_x_ * (cos_azimuth_ * wi.x + sin_azimuth_ * wi.y) - shear_ * wi.z;
+  const Real y = stretch_y_ * (cos_azimuth_ * wi.y - sin_azimuth_ * wi.x);
+  const Real length2 = x * x + y * y + wi.z * wi.z;
   return pdf_norm_ * wi.z / (length2 * length2);
 }
 
-SheenLobe::Eval SheenLobe::eval(const V3f& wi) const {
-  float value = raw_value(wi);
-  if (gain_) value /= std::max(raw_o_, interpolated(&SheenNode::raw, wi.z));
+template <typename Real>
+SheenLobe::EvalOf<Real> SheenLobe::eval(const Imath::Vec3<Real>& wi) const {
+  Real value = raw_value(wi);
+  if (gain_) value = value / maximum(Real(raw_o_), interpolated(&SheenNode::raw, wi.z));
   return {value, pdf(wi)};
 }
+
+template float SheenLobe::raw_value(const V3f&) const;
+template SheenLobe::Eval SheenLobe::eval(const V3f&) const;
+#if !KINDLING_ON_GPU
+template SheenLobe::EvalOf<Lanes> SheenLobe::eval(const Imath::Vec3<Lanes>&) const;
+#endif
 
 V3f SheenLobe::sample(const V2f& u) const {
   const V3f w = sample_cosine_hemisphere(u);

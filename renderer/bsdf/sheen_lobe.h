@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 #include "renderer/bsdf/fast_pow.h"
 
@@ -43,12 +44,16 @@ class SheenLobe {
   // its own table.
   SheenLobe(float roughness, const V3f& wo, const SheenNode* table = kSheenTable);
 
-  struct Eval {
-    float value; // f |cos_theta_i| of the color 1
-    float pdf;   // solid angle
+  template <typename Real>
+  struct EvalOf {
+    Real value; // f |cos_theta_i| of the color 1
+    Real pdf;   // solid angle
   };
-  // wi must be unit with wi.z > 0.
-  [[nodiscard]] Eval eval(const V3f& wi) const;
+  using Eval = EvalOf<float>;
+  // wi must be unit with wi.z > 0; lanes of others have any result. For float and Lanes, as all
+  // templates here.
+  template <typename Real>
+  [[nodiscard]] EvalOf<Real> eval(const Imath::Vec3<Real>& wi) const;
   // Returns a unit direction above the horizon, up to rounding. Samples a linearly transformed
   // cosine (Heitz et al. 2016; Zeltner, Burley and Chiang 2022 use them for sheen) fitted for
   // minimum variance.
@@ -56,19 +61,26 @@ class SheenLobe {
   // Returns E, the directional albedo of color 1 from wo, in [0, 1].
   [[nodiscard]] float albedo() const { return albedo_; }
   // Returns E from a direction of cosine mu in [0, 1].
-  [[nodiscard]] float albedo(float mu) const { return interpolated(&SheenNode::albedo, mu); }
+  template <typename Real>
+  [[nodiscard]] Real albedo(const Real& mu) const {
+    return interpolated(&SheenNode::albedo, mu);
+  }
   // Returns the mean of max(E(o), E(i)) over cosine-distributed wi: the fraction of light that the
   // sheen takes from a Lambertian base.
   [[nodiscard]] float greater_albedo() const { return greater_; }
 
   // Returns f mu_o mu_i of the specification, before the division by a gain; for the generator and
   // the tests.
-  [[nodiscard]] float raw_value(const V3f& wi) const;
+  template <typename Real>
+  [[nodiscard]] Real raw_value(const Imath::Vec3<Real>& wi) const;
 
  private:
-  [[nodiscard]] float shadowing(float mu) const; // Lambda
-  [[nodiscard]] float interpolated(float SheenNode::*member, float mu) const;
-  [[nodiscard]] float pdf(const V3f& wi) const;
+  template <typename Real>
+  [[nodiscard]] Real shadowing(const Real& mu) const; // Lambda
+  template <typename Real>
+  [[nodiscard]] Real interpolated(float SheenNode::*member, const Real& mu) const;
+  template <typename Real>
+  [[nodiscard]] Real pdf(const Imath::Vec3<Real>& wi) const;
 
   V3f wo_;
   const SheenNode* row_;

@@ -23,11 +23,10 @@ class SurfaceBsdf {
     return plain ? plain->eval(wi) : layered().eval(wi);
   }
   void eval(std::span<const V3f> wi, BsdfEvals& evals) const {
-    if (const GltfBsdf* const plain = std::get_if<0>(&bsdf_)) {
+    if (const GltfBsdf* const plain = std::get_if<0>(&bsdf_))
       plain->eval(wi, evals);
-    } else {
-      for (size_t i = 0; i < wi.size(); ++i) evals.set(i, layered().eval(wi[i]));
-    }
+    else
+      layered().eval(wi, evals);
   }
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);

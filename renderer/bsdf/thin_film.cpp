@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <numbers>
+#include <type_traits>
 
 namespace kindling {
 
@@ -68,46 +69,42 @@ struct HarmonicsOf {
 };
 template <typename Real>
 HarmonicsOf<Real> harmonics(const Real& amplitude, const Real& turns_per_nm, const Real& damping_per_nm2,
-                            float opd_nm) {
+                            const Real& opd_nm) {
   const Real c = sincos_turns(turns_per_nm * opd_nm).cos;
   const Real damping = exp_of_minus(damping_per_nm2 * opd_nm * opd_nm);
   const Real damping2 = damping * damping;
   return {amplitude * damping * c, amplitude * damping2 * damping2 * (2.0f * c * c - 1.0f)};
 }
 
-// Those of all lobes: together where there are lanes.
-HarmonicsOf<std::array<float, Lanes::kCount>> all_harmonics(float opd_nm) {
-  HarmonicsOf<std::array<float, Lanes::kCount>> all;
-  if constexpr (KINDLING_ON_GPU) {
+// The harmonics of all lobes at one optical path difference: in lanes, where there are any.
+template <typename Real>
+HarmonicsOf<std::array<Real, kLobes.size()>> all_harmonics(const Real& opd_nm) {
+  HarmonicsOf<std::array<Real, kLobes.size()>> all;
+  if constexpr (KINDLING_ON_GPU || std::is_same_v<Real, Lanes>) {
     for (size_t i = 0; i < kLobes.size(); ++i) {
-      const HarmonicsOf<float> one = harmonics(kAmplitudes[i], kTurns[i], kDampings[i], opd_nm);
+      const HarmonicsOf<Real> one = harmonics(Real(kAmplitudes[i]), Real(kTurns[i]), Real(kDampings[i]), opd_nm);
       all.first[i] = one.first;
       all.second[i] = one.second;
     }
   } else {
-    const HarmonicsOf<Lanes> lanes =
-        harmonics(Lanes::load(kAmplitudes.data()), Lanes::load(kTurns.data()), Lanes::load(kDampings.data()), opd_nm);
-    lanes.first.store(all.first.data());
-    lanes.second.store(all.second.data());
+    const HarmonicsOf<Lanes> lanes = harmonics(Lanes::load(kAmplitudes.data()), Lanes::load(kTurns.data()),
+                                               Lanes::load(kDampings.data()), Lanes(opd_nm));
+    for (size_t i = 0; i < kLobes.size(); ++i) {
+      all.first[i] = lanes.first[i];
+      all.second[i] = lanes.second[i];
+    }
   }
   return all;
 }
 
-Rgb xyz_to_rec709(const V3f& xyz) {
+template <typename Real>
+Imath::Vec3<Real> xyz_to_rec709(const Imath::Vec3<Real>& xyz) {
   return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
           -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
           0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
 }
 
 constexpr float kFadedThickness = 0.03f; // nm
-
-// Fades from no film to the full film by smoothstep(0, kFadedThickness, thickness). The extension's
-// viewer fades the film's index instead, which leaves Schlick's Fresnel of an interface between
-// equal indices: (1 - cos)^5.
-Rgb fade(const Rgb& plain, const Rgb& film, float thickness_nm) {
-  const float t = thickness_nm * (1.0f / kFadedThickness);
-  return lerp(plain, film, t * t * (3.0f - 2.0f * t));
-}
 
 } // namespace
 
@@ -129,47 +126,60 @@ ThinFilm::ThinFilm(float outside_ior, float film_ior, const Rgb& base_f0, float 
   }
 }
 
-Rgb ThinFilm::fresnel(float cos_theta) const {
-  const float cos_1 = clamped(cos_theta, 0.0f, 1.0f);
-  if (thickness_nm_ < kFadedThickness) return fade(schlick_of_base(cos_1), film_fresnel(cos_1), thickness_nm_);
-  return film_fresnel(cos_1);
+// Fades from no film to the full film by smoothstep(0, kFadedThickness, thickness). The extension's
+// viewer fades the film's index instead, which leaves Schlick's Fresnel of an interface between
+// equal indices: (1 - cos)^5.
+template <typename Real>
+Imath::Vec3<Real> ThinFilm::fresnel(const Real& cos_theta) const {
+  const Real cos_1 = minimum(maximum(Real(0.0f), cos_theta), Real(1.0f)); // 0 for NaN
+  const Imath::Vec3<Real> film = film_fresnel(cos_1);
+  if (!(thickness_nm_ < kFadedThickness)) return film;
+  const float t = thickness_nm_ * (1.0f / kFadedThickness);
+  const float weight = t * t * (3.0f - 2.0f * t);
+  const auto faded = [&](int c) {
+    const Real plain = schlick_fresnel(base_f0_[c], 1.0f, cos_1);
+    return Real(plain + (film[c] - plain) * weight);
+  };
+  return {faded(0), faded(1), faded(2)};
 }
 
-Rgb ThinFilm::schlick_of_base(float cos_1) const {
-  return {schlick_fresnel(base_f0_.x, 1.0f, cos_1), schlick_fresnel(base_f0_.y, 1.0f, cos_1),
-          schlick_fresnel(base_f0_.z, 1.0f, cos_1)};
-}
-
-Rgb ThinFilm::film_fresnel(float cos_1) const {
-  const float sin2_2 = (1.0f - cos_1 * cos_1) / eta2_;
-  if (sin2_2 > 1.0f) return Rgb(1.0f);
-  const float cos_2 = std::sqrt(1.0f - sin2_2);
+template <typename Real>
+Imath::Vec3<Real> ThinFilm::film_fresnel(const Real& cos_1) const {
+  const Real sin2_2 = (1.0f - cos_1 * cos_1) / eta2_;
+  const auto total = sin2_2 > 1.0f;
+  if (all(total)) return Imath::Vec3<Real>(Real(1.0f));
+  const Real cos_2 = square_root(maximum(Real(1.0f - sin2_2), Real(0.0f)));
 
   // Outside to film. Phases are 0 or pi: cos(m (phase + phi)) = cos(m phase) cos(m phi), and cos(m
   // phi) is +-1 for m = 1, 1 for m = 2.
-  const float r12 = schlick_fresnel(f0_12_, 1.0f, cos_1);
-  const float t121 = 1.0f - r12;
+  const Real r12 = schlick_fresnel(f0_12_, 1.0f, cos_1);
+  const Real t121 = 1.0f - r12;
 
-  const float opd_nm = 2.0f * film_ior_ * thickness_nm_ * cos_2;
+  const Real opd_nm = 2.0f * film_ior_ * thickness_nm_ * cos_2;
   const auto [lobe, lobe2] = all_harmonics(opd_nm); // of the first and of the second order
 
   // As in the extension, the phase of the base's red channel applies to X, green's to Y, blue's to
   // Z.
-  const V3f first(sign_.x * (lobe[0] + lobe[3]), sign_.y * lobe[1], sign_.z * lobe[2]);
-  const Rgb s1 = xyz_to_rec709(first);
-  const Rgb s2 = xyz_to_rec709({lobe2[0] + lobe2[3], lobe2[1], lobe2[2]});
+  const Imath::Vec3<Real> first(sign_.x * (lobe[0] + lobe[3]), sign_.y * lobe[1], sign_.z * lobe[2]);
+  const Imath::Vec3<Real> s1 = xyz_to_rec709(first);
+  const Imath::Vec3<Real> s2 = xyz_to_rec709(Imath::Vec3<Real>(lobe2[0] + lobe2[3], lobe2[1], lobe2[2]));
 
-  Rgb result;
+  Imath::Vec3<Real> result;
   for (int c = 0; c < 3; ++c) {
-    const float r23 = schlick_fresnel(f0_23_[c], 1.0f, cos_2);
-    const float r123_squared = clamped(r12 * r23, 1e-5f, 0.9999f);
-    const float r123 = std::sqrt(r123_squared);
-    const float rs = t121 * t121 * r23 / (1.0f - r123_squared);
-    const float c1 = (rs - t121) * r123;
-    const float sum = r12 + rs + 2.0f * c1 * (s1[c] + r123 * s2[c]);
-    result[c] = clamped(sum, 0.0f, 1.0f);
+    const Real r23 = schlick_fresnel(f0_23_[c], 1.0f, cos_2);
+    const Real r123_squared = minimum(maximum(Real(1e-5f), Real(r12 * r23)), Real(0.9999f));
+    const Real r123 = square_root(r123_squared);
+    const Real rs = t121 * t121 * r23 / (1.0f - r123_squared);
+    const Real c1 = (rs - t121) * r123;
+    const Real sum = r12 + rs + 2.0f * c1 * (s1[c] + r123 * s2[c]);
+    result[c] = select(total, Real(1.0f), minimum(maximum(Real(0.0f), sum), Real(1.0f)));
   }
   return result;
 }
+
+template Rgb ThinFilm::fresnel(const float&) const;
+#if !KINDLING_ON_GPU
+template Imath::Vec3<Lanes> ThinFilm::fresnel(const Lanes&) const;
+#endif
 
 } // namespace kindling

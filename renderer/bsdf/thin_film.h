@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 
 namespace kindling {
@@ -18,12 +19,13 @@ class ThinFilm {
 
   // cos_theta in [0, 1] is on the outside, likewise clamped. The result is linear Rec. 709, each in
   // [0, 1]; 1 at total reflection on the film. Films thinner than 0.03 nm fade into Schlick's
-  // Fresnel of the base, the result for 0.
-  [[nodiscard]] Rgb fresnel(float cos_theta) const;
+  // Fresnel of the base, the result for 0. For one cosine (float), or for several (Lanes).
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> fresnel(const Real& cos_theta) const;
 
  private:
-  [[nodiscard]] Rgb schlick_of_base(float cos_1) const;
-  [[nodiscard]] Rgb film_fresnel(float cos_1) const;
+  template <typename Real>
+  [[nodiscard]] Imath::Vec3<Real> film_fresnel(const Real& cos_1) const;
 
   float thickness_nm_;
   float film_ior_ = 1.3f;

@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/gltf_bsdf.h"
 
-#include "tests/base/same_bits.h"
 #include "tests/bsdf/layered_materials.h"
 #include "tests/sampling/random.h"
 
@@ -13,7 +12,6 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace kindling {
 namespace {
@@ -208,32 +206,6 @@ TEST(GltfBsdf, WhiteAlbedoIsOne) {
         EXPECT_NEAR(albedo.x, 1.0f, 1e-5f);
         EXPECT_EQ(albedo.x, albedo.y);
       }
-    }
-  }
-}
-
-// Directions of all kinds, also at and below the horizon, in groups of any size.
-TEST(GltfBsdf, EvaluatesSeveralDirectionsTogether) {
-  Random random(9);
-  for (int i = 0; i < 50'000; ++i) {
-    BsdfParameters p = random_parameters(random);
-    if (i % 7 == 0) p.metallic = p.specular = 0.0f; // Lambert
-    const GltfBsdf bsdf(p, random_direction(random));
-    std::vector<V3f> directions;
-    for (size_t n = random.next_u64() % (kEvalsTogether + 1); n > 0; --n) {
-      V3f wi = random_direction(random);
-      const float u = random.next_1d();
-      if (u < 0.2f) wi.z = -wi.z;
-      if (u > 0.9f) wi = V3f(wi.x, wi.y, 0.0f).normalized();
-      directions.push_back(wi);
-    }
-    BsdfEvals together;
-    bsdf.eval(directions, together);
-    for (size_t n = 0; n < directions.size(); ++n) {
-      const BsdfEval alone = bsdf.eval(directions[n]);
-      ASSERT_TRUE(test::same_bits(together.values[n], alone.value)) << directions[n] << ", roughness " << p.roughness;
-      ASSERT_TRUE(test::same_bits(together.pdfs[n], alone.pdf)) << directions[n] << ", roughness " << p.roughness;
-      ASSERT_TRUE(test::same_bits(together.reflection_pdfs[n], alone.reflection_pdf)) << directions[n];
     }
   }
 }
