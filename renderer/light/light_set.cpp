@@ -21,6 +21,13 @@ Imath::Vec3<Real> normal_on_side(const Imath::Vec3<Real>& normal, const Conditio
   return normal * (select(front, Real(1.0f), Real(-1.0f)) / length_of(normal));
 }
 
+// True if both queries have the same selection weights.
+bool same_weights(const LightQuery& a, const LightQuery& b) {
+  return a.point == b.point && a.normal == b.normal && a.learned == b.learned;
+}
+
+constexpr size_t kGroup = 32; // queries that are sampled in steps
+
 float first_coordinate(double rest) { return std::min(static_cast<float>(rest), kOneMinusEpsilon); }
 
 } // namespace
@@ -87,7 +94,8 @@ float LightSetView::tree_probability(const V3f& point, const V3f& normal, const 
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
-void LightSetView::choose_kind(const LightQuery& query, std::optional<Choice>& choice) const {
+void LightSetView::choose_kind(const LightQuery& query, const SelectionWeights& weights,
+                               std::optional<Choice>& choice) const {
   assert(query.u.x >= 0.0f && query.u.x <= 1.0f && query.u.y >= 0.0f && query.u.y <= 1.0f);
   choice.reset();
   if (empty()) return;
@@ -104,33 +112,32 @@ void LightSetView::choose_kind(const LightQuery& query, std::optional<Choice>& c
   result.rest += static_cast<double>(static_cast<uint32_t>(digits)) * 0x1p-56;
   if (single_kind) return;
   // The order is: tree, directional lights, environment.
-  const SelectionWeights all = selection_weights(query.point, query.normal, query.learned);
-  result.rest *= static_cast<double>(all.sum);
+  result.rest *= static_cast<double>(weights.sum);
   const auto chooses = [&](float weight) {
     if (result.rest < static_cast<double>(weight)) {
       result.rest /= static_cast<double>(weight);
-      result.probability = weight / all.sum;
+      result.probability = weight / weights.sum;
       return true;
     }
     result.rest -= static_cast<double>(weight);
     return false;
   };
-  if (chooses(all.tree)) return;
+  if (chooses(weights.tree)) return;
   for (size_t i = first_directional; i < punctuals.size(); ++i) {
-    if (!chooses(light_selection_weight(directional_irradiance(punctuals[i], query.normal), all.strongest) *
-                 all.directional_scale))
+    if (!chooses(light_selection_weight(directional_irradiance(punctuals[i], query.normal), weights.strongest) *
+                 weights.directional_scale))
       continue;
     result.kind = LightKind::directional;
     result.directional = static_cast<uint32_t>(i);
     return;
   }
-  if (!(all.environment > 0.0f)) {
+  if (!(weights.environment > 0.0f)) {
     choice.reset();
     return;
   }
   result.kind = LightKind::environment;
-  result.rest /= static_cast<double>(all.environment);
-  result.probability = all.environment / all.sum;
+  result.rest /= static_cast<double>(weights.environment);
+  result.probability = weights.environment / weights.sum;
 }
 
 std::optional<LightSample> LightSetView::sample_chosen(const LightQuery& query, const Choice& choice,
@@ -173,17 +180,30 @@ bool LightSetView::complete(const Choice& choice, LightSample& sample) {
 
 std::optional<LightSample> LightSetView::sample(const LightQuery& query) const {
   std::optional<Choice> choice;
-  choose_kind(query, choice);
+  choose_kind(query, single_kind ? SelectionWeights{} : selection_weights(query.point, query.normal, query.learned),
+              choice);
   if (!choice) return std::nullopt;
   return sample_chosen(query, *choice,
                        choice->kind == LightKind::tree ? tree.choose(query.point, query.normal, choice->rest)
                                                        : std::nullopt);
 }
 
-// Works in steps over all queries of a group; each step prefetches the memory of the next one.
-void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
-  assert(samples.size() >= queries.size());
-  constexpr size_t kGroup = 32;
+// The steps of sample() where nothing is to be chosen.
+void LightSetView::sample_tables(std::span<const LightQuery> queries,
+                                 std::span<std::optional<LightSample>> samples) const {
+  const auto place = [](const LightQuery& query) { return V2f(std::min(query.u.x, kOneMinusEpsilon), query.u.y); };
+  for (const LightQuery& query : queries) query.presampled->prefetch(place(query));
+  for (size_t i = 0; i < queries.size(); ++i) {
+    LightSample& sample = samples[i].emplace();
+    queries[i].presampled->set_sample(place(queries[i]), sample);
+    if (!complete({.kind = LightKind::environment}, sample)) samples[i].reset();
+  }
+}
+
+// Works in steps over all queries; each step prefetches the memory of the next one.
+void LightSetView::sample_group(std::span<const LightQuery> group,
+                                std::span<std::optional<LightSample>> samples) const {
+  assert(group.size() <= kGroup);
   std::array<std::optional<Choice>, kGroup> choices;
   std::array<V2f, kGroup> draws;                                 // for the environment
   std::array<EnvironmentView::Cell, kGroup> cells;               // of these draws
@@ -192,52 +212,70 @@ void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::op
   std::array<std::optional<LightTree::Choice>, kGroup> emitters; // results of the descents
   std::array<ChosenTriangle, kGroup> on_triangles;
   const std::optional<LightTree::Choice> no_emitter;
+  const auto draws_sky = [&](size_t i) {
+    return choices[i] && choices[i]->kind == LightKind::environment && group[i].presampled == nullptr;
+  };
+  size_t draw_count = 0, descent_count = 0;
+  SelectionWeights weights; // of all queries at one point
+  for (size_t i = 0; i < group.size(); ++i) {
+    if (!single_kind && (i == 0 || !same_weights(group[i - 1], group[i])))
+      weights = selection_weights(group[i].point, group[i].normal, group[i].learned);
+    choose_kind(group[i], weights, choices[i]);
+    if (!choices[i]) continue;
+    const V2f u(first_coordinate(choices[i]->rest), group[i].u.y); // on the environment
+    if (draws_sky(i))
+      draws[draw_count++] = u;
+    else if (choices[i]->kind == LightKind::environment)
+      group[i].presampled->prefetch(u);
+    else if (choices[i]->kind == LightKind::tree)
+      descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
+  }
+  environment.find_cells(std::span(draws).first(draw_count), std::span(cells).first(draw_count));
+  tree.choose(std::span(descents).first(descent_count), emitters);
+  for (size_t i = 0; i < descent_count; ++i)
+    if (emitters[i] && emitters[i]->emitter < triangles.size()) prefetch(&triangles[emitters[i]->emitter]);
+  size_t descent = 0, triangle_count = 0, sky_count = 0;
+  for (size_t i = 0; i < group.size(); ++i) {
+    std::optional<LightSample>& sample = samples[i];
+    sample.reset();
+    if (!choices[i]) continue;
+    if (draws_sky(i)) {
+      on_sky[sky_count++] = &sample.emplace();
+      continue;
+    }
+    if (choices[i]->kind == LightKind::environment) { // a copy of the result of sample_chosen() would take longer
+      group[i].presampled->set_sample({first_coordinate(choices[i]->rest), group[i].u.y}, sample.emplace());
+      if (!complete(*choices[i], *sample)) sample.reset();
+      continue;
+    }
+    const bool in_tree = choices[i]->kind == LightKind::tree;
+    const std::optional<LightTree::Choice>& emitter = in_tree ? emitters[descent++] : no_emitter;
+    if (emitter && emitter->emitter < std::min(triangles.size(), size_t{first_moving}))
+      on_triangles[triangle_count++] = {static_cast<uint32_t>(i), &*emitter};
+    else
+      sample = sample_chosen(group[i], *choices[i], emitter);
+  }
+  for (size_t i = 0; i < triangle_count; i += Lanes::kCount)
+    sample_triangles(std::span(on_triangles).subspan(i, std::min(Lanes::kCount, triangle_count - i)), group, choices,
+                     samples);
+  environment.sample_cells(std::span(draws).first(sky_count), std::span(cells).first(sky_count),
+                           std::span(on_sky).first(sky_count));
+  for (size_t i = 0; i < group.size() && sky_count > 0; ++i) {
+    if (!draws_sky(i)) continue;
+    if (!complete(*choices[i], *samples[i])) samples[i].reset();
+  }
+}
+
+void LightSetView::sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const {
+  assert(samples.size() >= queries.size());
+  const bool sky_alone = single_kind && has_environment;
   for (size_t first = 0; first < queries.size(); first += kGroup) {
     const std::span<const LightQuery> group = queries.subspan(first, std::min(kGroup, queries.size() - first));
-    const auto draws_sky = [&](size_t i) {
-      return choices[i] && choices[i]->kind == LightKind::environment && group[i].presampled == nullptr;
-    };
-    size_t draw_count = 0, descent_count = 0;
-    for (size_t i = 0; i < group.size(); ++i) {
-      choose_kind(group[i], choices[i]);
-      if (!choices[i]) continue;
-      const V2f u(first_coordinate(choices[i]->rest), group[i].u.y); // on the environment
-      if (draws_sky(i))
-        draws[draw_count++] = u;
-      else if (choices[i]->kind == LightKind::environment)
-        group[i].presampled->prefetch(u);
-      else if (choices[i]->kind == LightKind::tree)
-        descents[descent_count++] = {group[i].point, group[i].normal, choices[i]->rest};
-    }
-    environment.find_cells(std::span(draws).first(draw_count), std::span(cells).first(draw_count));
-    tree.choose(std::span(descents).first(descent_count), emitters);
-    for (size_t i = 0; i < descent_count; ++i)
-      if (emitters[i] && emitters[i]->emitter < triangles.size()) prefetch(&triangles[emitters[i]->emitter]);
-    size_t descent = 0, triangle_count = 0, sky_count = 0;
-    for (size_t i = 0; i < group.size(); ++i) {
-      std::optional<LightSample>& sample = samples[first + i];
-      sample.reset();
-      if (!choices[i]) continue;
-      if (draws_sky(i)) {
-        on_sky[sky_count++] = &sample.emplace();
-        continue;
-      }
-      const bool in_tree = choices[i]->kind == LightKind::tree;
-      const std::optional<LightTree::Choice>& emitter = in_tree ? emitters[descent++] : no_emitter;
-      if (emitter && emitter->emitter < std::min(triangles.size(), size_t{first_moving}))
-        on_triangles[triangle_count++] = {static_cast<uint32_t>(i), &*emitter};
-      else
-        sample = sample_chosen(group[i], *choices[i], emitter);
-    }
-    for (size_t i = 0; i < triangle_count; i += Lanes::kCount)
-      sample_triangles(std::span(on_triangles).subspan(i, std::min(Lanes::kCount, triangle_count - i)), group, choices,
-                       samples.subspan(first));
-    environment.sample_cells(std::span(draws).first(sky_count), std::span(cells).first(sky_count),
-                             std::span(on_sky).first(sky_count));
-    for (size_t i = 0; i < group.size() && sky_count > 0; ++i) {
-      if (!draws_sky(i)) continue;
-      if (!complete(*choices[i], *samples[first + i])) samples[first + i].reset();
-    }
+    const auto has_table = [](const LightQuery& query) { return query.presampled != nullptr; };
+    if (sky_alone && std::all_of(group.begin(), group.end(), has_table))
+      sample_tables(group, samples.subspan(first));
+    else
+      sample_group(group, samples.subspan(first));
   }
 }
 

@@ -165,9 +165,13 @@ struct LightSetView {
   }
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const Environment::Location& at,
                                                  const LightProbabilities* learned = nullptr) const {
+    return has_environment ? environment_eval(environment_probability(point, normal, learned), at) : EnvironmentEval{};
+  }
+  // The same, given environment_probability().
+  [[nodiscard]] EnvironmentEval environment_eval(float probability, const Environment::Location& at) const {
     if (!has_environment) return {};
     EnvironmentEval eval = environment.eval(at);
-    eval.pdf *= environment_probability(point, normal, learned);
+    eval.pdf *= probability;
     return eval;
   }
   // Returns the location of wi in the environment for the two functions above, and prefetches its
@@ -191,8 +195,13 @@ struct LightSetView {
   [[nodiscard]] float environment_probability(const V3f& point, const V3f& normal,
                                               const LightProbabilities* learned) const;
   [[nodiscard]] float tree_probability(const V3f& point, const V3f& normal, const LightProbabilities* learned) const;
+  // `weights` are selection_weights() at the query; they are read unless there is a single kind.
   // Sets the choice in its place: copies of what has just been written in parts would be slow.
-  void choose_kind(const LightQuery& query, std::optional<Choice>& choice) const;
+  void choose_kind(const LightQuery& query, const SelectionWeights& weights, std::optional<Choice>& choice) const;
+  // sample() of up to 32 queries.
+  void sample_group(std::span<const LightQuery> group, std::span<std::optional<LightSample>> samples) const;
+  // The same where all of them have a table, and there is no light but the environment's.
+  void sample_tables(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const;
   // A query whose choice is a triangle.
   struct ChosenTriangle {
     uint32_t query; // its index

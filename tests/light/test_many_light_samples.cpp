@@ -28,15 +28,19 @@ void expect_same(const LightSample& found, const LightSample& expected) {
   ASSERT_TRUE(!numbered || found.emitter == expected.emitter);
 }
 
-// Compares samples of a million points, in groups of all sizes up to two of the set's own.
+// Compares a million samples, in groups of all sizes up to two of the set's own. Half of them are at
+// the point of the one before, with its normal or another.
 void compare(const LightSet& lights, float extent) {
   test::Random random(8);
   size_t hits = 0, points = 0;
   for (size_t size = 1; points < 1'000'000; size = size % 64 + 1, points += size) {
     std::vector<LightQuery> queries(size);
-    for (LightQuery& query : queries) {
-      query.point = test::random_point(random, extent);
+    for (size_t i = 0; i < size; ++i) {
+      LightQuery& query = queries[i];
+      const bool same_point = i > 0 && random.next_u64() % 2 == 0;
+      query.point = same_point ? queries[i - 1].point : test::random_point(random, extent);
       query.normal = random.next_u64() % 8 == 0 ? V3f(0.0f) : test::random_direction(random);
+      if (same_point && random.next_u64() % 4 != 0) query.normal = queries[i - 1].normal;
       query.u = random.next_2d();
       query.digits = random.next_1d();
       query.time = random.next_1d();

@@ -155,5 +155,38 @@ TEST(PresampledEnvironment, ManyLightSamplesEqualSingleOnes) {
   EXPECT_GT(of_lamp, 50);
 }
 
+// Where there is no other light, groups that only read tables have steps of their own.
+TEST(PresampledEnvironment, ManySamplesOfTheSkyAloneEqualSingleOnes) {
+  const auto sky = smooth_sky();
+  LightSetInput input;
+  input.environment = sky;
+  const LightSet lights(std::move(input));
+  const PresampledEnvironment table(*sky, 7);
+  Random random(5);
+  for (const float with_table : {1.0f, 0.9f}) {
+    std::vector<LightQuery> queries(999);
+    for (LightQuery& query : queries) {
+      query.point = V3f(0.0f);
+      query.normal = V3f(0, 1, 0);
+      query.u = random.next_2d();
+      query.digits = random.next_1d();
+      if (random.next_1d() < with_table) query.presampled = &table;
+    }
+    queries.back().u = V2f(1.0f, 0.5f); // the largest value that the draw of a kind may leave
+    std::vector<std::optional<LightSample>> samples(queries.size());
+    lights.sample(queries, samples);
+    for (size_t i = 0; i < queries.size(); ++i) {
+      const std::optional<LightSample> expected = lights.sample(queries[i]);
+      ASSERT_TRUE(samples[i] && expected);
+      ASSERT_EQ(samples[i]->kind, LightKind::environment);
+      ASSERT_EQ(samples[i]->distance, kInfinity);
+      ASSERT_TRUE(same_bits(samples[i]->wi, expected->wi));
+      ASSERT_TRUE(same_bits(samples[i]->pdf, expected->pdf));
+      ASSERT_TRUE(same_bits(samples[i]->kind_probability, expected->kind_probability));
+      ASSERT_TRUE(same_bits(samples[i]->radiance, expected->radiance));
+    }
+  }
+}
+
 } // namespace
 } // namespace kindling

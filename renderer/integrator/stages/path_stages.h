@@ -209,11 +209,17 @@ struct PathStages {
   template <typename Lights, typename Sink>
   void add_lights_together(const Vertex& vertex, const Lights& lights, const DirectCounts& counts,
                            const PathInFlight& path, Sink& sink, ReusedPath* reused) const; // step of it
+  // Returns the probability with which a light sample at a surface chooses the environment.
+  [[nodiscard]] float probability_of_environment(const Vertex& vertex) const {
+    return world->lights.environment_probability(vertex.surface.position, vertex.surface.light_normal(),
+                                                 vertex.sampled.light_probabilities);
+  }
   // Returns the direction of a reflection sample; none: it finds no light.
   [[nodiscard]] static std::optional<V3f> reflection_direction(const Vertex& vertex, uint32_t number, uint32_t count,
                                                                const PathInFlight& path);
   // Returns the light of such a direction, with the density that light samples have for it.
-  [[nodiscard]] LightSample reflected_light(const Vertex& vertex, const V3f& wi,
+  // `probability` is that of light samples to choose the environment.
+  [[nodiscard]] LightSample reflected_light(float probability, const V3f& wi,
                                             const EnvironmentView::Location& at) const;
   // Adds the shadow ray of light sample or reflection sample `number`.
   template <typename Sink>

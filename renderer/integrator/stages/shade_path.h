@@ -144,10 +144,9 @@ inline std::optional<V3f> PathStages::reflection_direction(const Vertex& vertex,
   return wi && wi->z > 0.0f ? std::optional(vertex.frame.to_world(*wi)) : std::nullopt;
 }
 
-inline LightSample PathStages::reflected_light(const Vertex& vertex, const V3f& wi,
+inline LightSample PathStages::reflected_light(float probability, const V3f& wi,
                                                const EnvironmentView::Location& at) const {
-  const EnvironmentEval environment = world->lights.environment_eval(
-      vertex.surface.position, vertex.surface.light_normal(), at, vertex.sampled.light_probabilities);
+  const EnvironmentEval environment = world->lights.environment_eval(probability, at);
   return {.wi = wi,
           .distance = kInfinity,
           .radiance = environment.radiance,
@@ -168,12 +167,13 @@ template <typename Lights, typename Sink>
       return;
     }
   }
+  const float environment_probability = counts.reflections > 0 ? probability_of_environment(vertex) : 0.0f;
   for (uint32_t number = 0; number < counts.all(); ++number) {
     std::optional<LightSample> light;
     if (number < count) {
       light = lights[number];
     } else if (const std::optional<V3f> wi = reflection_direction(vertex, number - count, counts.reflections, path)) {
-      light = reflected_light(vertex, *wi, world->lights.locate_in_environment(*wi));
+      light = reflected_light(environment_probability, *wi, world->lights.locate_in_environment(*wi));
     }
     if (light && may_receive(vertex, light->wi))
       light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, counts, path, sink, reused);
@@ -203,6 +203,7 @@ inline void PathStages::add_lights_together(const Vertex& vertex, const Lights& 
     located[reflected++] = &locations[number];
     numbers[ready++] = counts.lights + number;
   }
+  const float environment_probability = reflected > 0 ? probability_of_environment(vertex) : 0.0f;
   world->lights.locate_in_environment(std::span(directions).subspan(ready - reflected, reflected),
                                       std::span(located).first(reflected));
   for (uint32_t first = 0; first < ready; first += kEvalsTogether) {
@@ -214,7 +215,7 @@ inline void PathStages::add_lights_together(const Vertex& vertex, const Lights& 
       if (number < counts.lights)
         light_vertex(vertex, *lights[number], evals[i - first], number, counts, path, sink, reused);
       else
-        light_vertex(vertex, reflected_light(vertex, directions[i], locations[number - counts.lights]),
+        light_vertex(vertex, reflected_light(environment_probability, directions[i], locations[number - counts.lights]),
                      evals[i - first], number, counts, path, sink, reused);
     }
   }
@@ -242,7 +243,8 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   if (!(density > 0.0f)) return;
   const float weight = light.delta ? 1.0f : power_heuristic(density, reflected ? pdf : directions_pdf);
   Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / density);
-  if (vertex.layers) contribution *= transmittance_to_light(vertex, side, light.distance, path);
+  if (vertex.layers && (state.in_medium || (side < 0.0f && surface.layers.boundary)))
+    contribution *= transmittance_to_light(vertex, side, light.distance, path);
   if (joins_light_paths<Sink>()) contribution *= light_path_weight(vertex, light, side, state);
   const uint32_t key = ray_key(path.sample, state.dimension(kLightDimension));
   accel::Ray ray = make_shadow_ray(surface, light, number == 0 ? key : hash_combine(key, number),
