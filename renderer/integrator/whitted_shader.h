@@ -210,7 +210,7 @@ void WhittedShader::light(const WhittedVertex& vertex, Sink& sink) const {
       if (!delta) value *= vertex.share_of_lights(wi, eval.pdf);
       if (is_black(value)) continue;
       Rgb contribution = node.weight * value * sample->radiance * (share / sample->pdf);
-      if (surface.layered) contribution *= vertex.transmittance_to_light(side, sample->distance);
+      if (surface.layered || node.in_medium) contribution *= vertex.transmittance_to_light(side, sample->distance);
       accel::Ray feeler = make_shadow_ray(surface, *sample, hash_combine(key, static_cast<uint32_t>(cell)),
                                           node.ray.index, node.ray.time);
       feeler.flags = kPassThinWalls;

@@ -12,7 +12,7 @@
 namespace kindling::test {
 namespace {
 
-constexpr V2i kSize(128, 128);
+constexpr V2i kImageSize(128, 128);
 
 // A sphere on a floor under a dim sky with a lamp in it.
 std::unique_ptr<const World> sphere_under_a_sky() {
@@ -23,14 +23,14 @@ std::unique_ptr<const World> sphere_under_a_sky() {
 
 // Renders these samples of the pixels around the middle.
 std::vector<float> rendered(const World& world, uint32_t seed, const SampleRange& samples, bool presamples) {
-  RenderSettings settings = small_render(kSize, 4);
+  RenderSettings settings = small_render(kImageSize, 4);
   settings.integrator.presamples_environment = presamples;
-  const Camera camera = bell_camera(kSize);
+  const Camera camera = bell_camera(kImageSize);
   const PathIntegrator integrator(settings.integrator, world, camera, Sampler(seed), settings.filter, AovSet{});
   const auto context = integrator.make_context();
   const V2i corner(56, 72);
   const PixelRect block{corner, corner + V2i(kBlockSize)};
-  Film film(kSize, block, AovSet{});
+  Film film(kImageSize, block, AovSet{});
   integrator.render_block(block, samples, *context, film);
   return film.resolve(Aov::beauty);
 }

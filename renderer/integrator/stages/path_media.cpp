@@ -73,7 +73,7 @@ Rgb PathStages::transmittance_to_light(const Vertex& vertex, float side, float d
   PathState state = path.state;
   MediumStack media = state.in_medium ? path.media : MediumStack{};
   state.throughput = Rgb(1.0f);
-  if (side < 0.0f) cross_boundary(vertex, state, media);
+  if (side < 0.0f && vertex.layers) cross_boundary(vertex, state, media);
   return state.in_medium ? state.throughput * medium_transmittance(media, distance) : state.throughput;
 }
 

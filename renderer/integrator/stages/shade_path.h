@@ -243,7 +243,7 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   if (!(density > 0.0f)) return;
   const float weight = light.delta ? 1.0f : power_heuristic(density, reflected ? pdf : directions_pdf);
   Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / density);
-  if (vertex.layers && (state.in_medium || (side < 0.0f && surface.layers.boundary)))
+  if (state.in_medium || (side < 0.0f && vertex.layers && surface.layers.boundary))
     contribution *= transmittance_to_light(vertex, side, light.distance, path);
   if (joins_light_paths<Sink>()) contribution *= light_path_weight(vertex, light, side, state);
   const uint32_t key = ray_key(path.sample, state.dimension(kLightDimension));
