@@ -144,7 +144,7 @@ BsdfEvalOf<Real> LayeredBsdf::eval_opaque_above(const Imath::Vec3<Real>& wi) con
     result.pdf = result.pdf + coat_pdf;
     result.reflection_pdf = result.reflection_pdf + coat_pdf;
   }
-  const Real& found = result.reflection_pdf; // by any microfacets
+  const Real found = result.reflection_pdf; // by any microfacets
   result.reflection_pdf = select(found > 0.0f, Real(found / microfacet_probability()), found);
   return result;
 }

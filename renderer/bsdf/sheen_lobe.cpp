@@ -81,12 +81,10 @@ Real SheenLobe::shadowing(const Real& mu) const {
   return fast_exp2(select(low, l, Real(twice_half_ - l)));
 }
 
-template <>
-float SheenLobe::interpolated(float SheenNode::*member, const float& mu) const {
+float SheenLobe::interpolated(float SheenNode::*member, float mu) const {
   return at_column(row_, column_of(mu), fraction_, member);
 }
 #if !KINDLING_ON_GPU
-template <>
 Lanes SheenLobe::interpolated(float SheenNode::*member, const Lanes& mu) const {
   LaneNumbers corners[4], s;
   for (size_t lane = 0; lane < Lanes::kCount; ++lane) {

@@ -77,8 +77,8 @@ class SheenLobe {
  private:
   template <typename Real>
   [[nodiscard]] Real shadowing(const Real& mu) const; // Lambda
-  template <typename Real>
-  [[nodiscard]] Real interpolated(float SheenNode::*member, const Real& mu) const;
+  [[nodiscard]] float interpolated(float SheenNode::*member, float mu) const;
+  [[nodiscard]] Lanes interpolated(float SheenNode::*member, const Lanes& mu) const;
   template <typename Real>
   [[nodiscard]] Real pdf(const Imath::Vec3<Real>& wi) const;
 
