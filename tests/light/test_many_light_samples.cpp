@@ -28,8 +28,8 @@ void expect_same(const LightSample& found, const LightSample& expected) {
   ASSERT_TRUE(!numbered || found.emitter == expected.emitter);
 }
 
-// Compares a million samples, in groups of all sizes up to two of the set's own. Half of them are at
-// the point of the one before, with its normal or another.
+// Compares a million samples, in groups of all sizes up to two of the set's own. Half of them are
+// at the point of the one before, with its normal or another.
 void compare(const LightSet& lights, float extent) {
   test::Random random(8);
   size_t hits = 0, points = 0;
