@@ -4,6 +4,7 @@
 
 #include "renderer/base/lanes.h"
 #include "renderer/base/on_gpu.h"
+#include "renderer/bsdf/fast_pow.h"
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/sampling/sincos_turns.h"
 
@@ -25,12 +26,11 @@ template <typename Real>
 Real exp_of_minus(const Real& x) {
   const Real exponent = x * std::numbers::log2e_v<float>;
   const Real y = select(exponent < 125.0f, exponent, Real(125.0f)); // 125 for NaN
-  constexpr float kRounding = 12582912.0f;                          // 1.5 * 2^23: adding it rounds to an integer
-  const Real rounded = y + kRounding;
-  const Real r = ((rounded - kRounding) - y) * std::numbers::ln2_v<float>;
+  const Real rounded = y + kIntegerRounder;
+  const Real r = ((rounded - kIntegerRounder) - y) * std::numbers::ln2_v<float>;
   const Real p =
       1.0f + r * (1.0f + r * (1.0f / 2 + r * (1.0f / 6 + r * (1.0f / 24 + r * (1.0f / 120 + r * (1.0f / 720))))));
-  return p * from_bits((127U + bits_of(kRounding) - bits_of(rounded)) << 23);
+  return p * from_bits((127U + bits_of(kIntegerRounder) - bits_of(rounded)) << 23);
 }
 
 // One Gaussian of the observer fit in wave numbers: its Fourier transform is a damped cosine of the

@@ -1,6 +1,7 @@
 // Light of lamps inside of absorbing media reaches every surface by Beer and Lambert's law.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/integrator/place_light.h"
+#include "tests/integrator/slabs_of_media.h"
 #include "tests/integrator/test_scenes.h"
 
 #include <cmath>
@@ -11,23 +12,6 @@ namespace {
 
 const Rgb kColor(0.5f, 0.7f, 0.9f); // of white light after one meter
 constexpr float kAlbedo = 0.8f;
-
-// A box of the medium from (-4, -4, -2) to (4, 4, 2), whose index is that of air.
-std::vector<Primitive> box(int material) {
-  const V3f a(-4, -4, -2), x(8, 0, 0), y(0, 8, 0), z(0, 0, 4);
-  return {quad(a + z, x, y, material),      quad(a + x, -x, y, material),     quad(a, z, y, material),
-          quad(a + x + z, -z, y, material), quad(a + y + z, x, -z, material), quad(a, x, z, material)};
-}
-
-Material medium() {
-  Material material;
-  material.metallic_factor = material.roughness_factor = 0.0f;
-  material.ior = 1.0f;
-  material.transmission_factor = material.thickness_factor = 1.0f;
-  material.attenuation_color = kColor;
-  material.attenuation_distance_m = 1.0f;
-  return material;
-}
 
 class LampsInMedia : public testing::TestWithParam<IntegratorKind> {};
 INSTANTIATE_TEST_SUITE_P(Integrators, LampsInMedia, testing::Values(IntegratorKind::path, IntegratorKind::whitted),
@@ -40,9 +24,9 @@ TEST_P(LampsInMedia, AreDimmedOnTheirWayToPlainAndLayeredSurfaces) {
   for (const float sheen : {0.0f, 1e-5f}) {
     Material floor = diffuse_material(Rgb(kAlbedo));
     floor.sheen_color_factor = Rgb(sheen);
-    std::vector<Primitive> primitives = box(0);
+    std::vector<Primitive> primitives = slab(-2.0f, 2.0f, 0);
     primitives.push_back(quad(V3f(-3, -3, -1), V3f(6, 0, 0), V3f(0, 6, 0), 1));
-    Scene scene = make_scene({medium(), floor}, std::move(primitives));
+    Scene scene = make_scene({absorbing(1.0f, kColor, 1.0f), floor}, std::move(primitives));
     PunctualLight lamp;
     lamp.intensity = 5.0f;
     place_light(scene, lamp, look_at(V3f(0, 1.5f, 1), V3f(0, 0, -1)));

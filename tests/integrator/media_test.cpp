@@ -1,6 +1,7 @@
 // The path tracer with every accelerator on glass, media and thin walls with closed-form solutions.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/dispersion.h"
+#include "tests/integrator/slabs_of_media.h"
 #include "tests/integrator/test_scenes.h"
 #include "tests/sampling/random.h"
 
@@ -14,24 +15,6 @@ void expect_near_mean(double value, double expected, double standard_error, cons
   EXPECT_NEAR(value, expected, 4.5 * standard_error + 1e-4 * expected) << what << ", standard error " << standard_error;
 }
 
-// Clear glass around a medium.
-Material glass(float ior) {
-  Material material;
-  material.metallic_factor = 0.0f;
-  material.roughness_factor = 0.0f;
-  material.ior = ior;
-  material.transmission_factor = 1.0f;
-  material.thickness_factor = 1.0f;
-  return material;
-}
-
-Material absorbing(float ior, const Rgb& color, float distance_m) {
-  Material material = glass(ior);
-  material.attenuation_color = color;
-  material.attenuation_distance_m = distance_m;
-  return material;
-}
-
 // Transmissive glass without a thickness.
 Material thin_wall(const Rgb& color, float specular = 1.0f) {
   Material material = glass(1.5f);
@@ -39,13 +22,6 @@ Material thin_wall(const Rgb& color, float specular = 1.0f) {
   material.base_color_factor = V4f(color.x, color.y, color.z, 1.0f);
   material.specular_factor = specular;
   return material;
-}
-
-// A box from (-4, -4, z0) to (4, 4, z1) with outward front faces.
-std::vector<Primitive> slab(float z0, float z1, int material) {
-  const V3f a(-4, -4, z0), x(8, 0, 0), y(0, 8, 0), z(0, 0, z1 - z0);
-  return {quad(a + z, x, y, material),      quad(a + x, -x, y, material),     quad(a, z, y, material),
-          quad(a + x + z, -z, y, material), quad(a + y + z, x, -z, material), quad(a, x, z, material)};
 }
 
 std::vector<Primitive> joined(std::vector<std::vector<Primitive>> parts) {
