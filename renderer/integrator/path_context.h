@@ -7,6 +7,7 @@
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/shade_group.h"
+#include "renderer/integrator/shadow_queries.h"
 #include "renderer/integrator/split_light.h"
 #include "renderer/integrator/stages/path_stages.h"
 
@@ -46,6 +47,7 @@ class PathContext final : public ThreadContext {
   std::vector<accel::Ray> shadow_rays;
   std::vector<ShadowRecord> shadow_records;
   std::vector<uint8_t> occluded;
+  ShadowQueries shadow_queries; // of first surfaces that have several shadow rays
   // Unoccluded shadow rays, traced from thin wall to thin wall.
   std::vector<accel::Ray> thin_wall_rays;
   std::vector<accel::Hit> thin_wall_hits;

@@ -175,9 +175,11 @@ uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange
 }
 
 void PathIntegrator::follow(PathContext& context) const {
+  bool first_surfaces = true;
   while (!context.active.empty() && !world_.abandoned()) {
     shade(context);
-    trace_shadows(context);
+    trace_shadows(context, first_surfaces);
+    first_surfaces = false;
     context.active.swap(context.next_active);
     context.rays.swap(context.next_rays);
     trace_bounces(context);
@@ -335,11 +337,14 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   world_.lights.sample(std::span(group.queries).first(query_count), group.lights);
 }
 
-void PathIntegrator::trace_shadows(PathContext& context) const {
+void PathIntegrator::trace_shadows(PathContext& context, bool first_surfaces) const {
   const size_t count = context.shadow_rays.size();
   if (count == 0) return;
   context.occluded.resize(count);
-  accelerator_->occluded(context.shadow_rays, context.occluded);
+  if (first_surfaces && stages_.settings.max_shadow_rays() > 1)
+    context.shadow_queries.trace(*accelerator_, context.shadow_rays, context.occluded);
+  else
+    accelerator_->occluded(context.shadow_rays, context.occluded);
   context.counters.shadow += count;
   if (world_.has_thin_walls) tint_shadows(context);
   if (context.split_light) split_shadows(context);

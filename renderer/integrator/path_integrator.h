@@ -63,7 +63,8 @@ class PathIntegrator final : public Integrator {
   void trace_listed(PathContext& context) const;
   void shade(PathContext& context) const;
   void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
-  void trace_shadows(PathContext& context) const;
+  // `first_surfaces`: of the paths, which have several light samples each if any have.
+  void trace_shadows(PathContext& context, bool first_surfaces) const;
   void trace_bounces(PathContext& context) const;
   // Joins the paths of a batch of whole blocks, which have ended, to those of other pixels.
   void share_paths(std::span<const PixelRect> blocks, const SampleRange& samples, size_t path_count,
