@@ -54,6 +54,7 @@ struct Lanes {
   friend LaneMask operator<(const Lanes& a, const Lanes& b) { return a.v < b.v; }
   friend LaneMask operator>(const Lanes& a, const Lanes& b) { return a.v > b.v; }
   friend LaneMask operator<=(const Lanes& a, const Lanes& b) { return a.v <= b.v; }
+  friend LaneMask operator==(const Lanes& a, const Lanes& b) { return a.v == b.v; }
   friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return a.v >= b.v; }
 
   Float8 v;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/frame.h"
 #include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 #include "renderer/base/on_gpu.h"
@@ -26,35 +27,86 @@ struct BsdfEvalOf {
 };
 using BsdfEval = BsdfEvalOf<float>;
 
-// Those of several directions. Not initialized, so that it costs nothing.
-struct BsdfEvals {
-  std::array<Rgb, kEvalsTogether> values;
-  std::array<float, kEvalsTogether> pdfs, reflection_pdfs;
-  void set(size_t number, const BsdfEval& eval) {
-    values[number] = eval.value, pdfs[number] = eval.pdf, reflection_pdfs[number] = eval.reflection_pdf;
+// At most kEvalsTogether unit directions, coordinate by coordinate.
+class EvalDirections {
+ public:
+  EvalDirections() = default;
+  explicit EvalDirections(std::span<const V3f> directions) {
+    for (const V3f& direction : directions) add(direction);
   }
-  // Sets those of the directions `wi`, which are zero at and below the horizon.
-  void set_above(std::span<const V3f> wi, const BsdfEvalOf<Lanes>& eval) {
-    assert(wi.size() <= kEvalsTogether);
-    LaneVectors lane_values;
-    LaneNumbers lane_pdfs, lane_reflection_pdfs;
-    lane_values.store(eval.value);
-    lane_pdfs.store(eval.pdf);
-    lane_reflection_pdfs.store(eval.reflection_pdf);
-    for (size_t i = 0; i < wi.size(); ++i)
-      set(i, wi[i].z > 0.0f ? BsdfEval{lane_values[i], lane_pdfs[i], lane_reflection_pdfs[i]} : BsdfEval{});
+#if !KINDLING_ON_GPU
+  // The first `count` of eight.
+  EvalDirections(const Imath::Vec3<Lanes>& directions, size_t count) : count_(count) {
+    assert(count <= kEvalsTogether);
+    directions.x.store(x_.data());
+    directions.y.store(y_.data());
+    directions.z.store(z_.data());
   }
-  [[nodiscard]] BsdfEval operator[](size_t number) const {
-    return {values[number], pdfs[number], reflection_pdfs[number]};
+#endif
+
+  void add(const V3f& direction) {
+    assert(count_ < kEvalsTogether);
+    x_[count_] = direction.x, y_[count_] = direction.y, z_[count_] = direction.z;
+    ++count_;
   }
+  void clear() { count_ = 0; }
+  [[nodiscard]] size_t size() const { return count_; }
+  [[nodiscard]] V3f operator[](size_t number) const { return {x_[number], y_[number], z_[number]}; }
+
+#if !KINDLING_ON_GPU
+  // Returns them in lanes, if there are any; lanes that are left over have the last one.
+  [[nodiscard]] Imath::Vec3<Lanes> lanes() const {
+    assert(count_ > 0);
+    const LaneMask used = LaneMask{0, 1, 2, 3, 4, 5, 6, 7} < static_cast<int32_t>(count_);
+    const auto filled = [&](const Numbers& numbers) {
+      return select(used, Lanes::load(numbers.data()), Lanes(numbers[count_ - 1]));
+    };
+    return {filled(x_), filled(y_), filled(z_)};
+  }
+#endif
+
+ private:
+  using Numbers = std::array<float, kEvalsTogether>;
+
+  alignas(32) Numbers x_, y_, z_; // not initialized, so that they cost nothing
+  size_t count_ = 0;
 };
 
-// Returns one to eight vectors in lanes; those that are left over have the last one.
-[[nodiscard]] inline Imath::Vec3<Lanes> in_lanes(std::span<const V3f> vectors) {
-  assert(!vectors.empty() && vectors.size() <= Lanes::kCount);
-  LaneVectors lanes;
-  for (size_t i = 0; i < Lanes::kCount; ++i) lanes.set(i, vectors[std::min(i, vectors.size() - 1)]);
-  return lanes.load();
+// Returns the local coordinates of directions.
+[[nodiscard]] inline EvalDirections to_local(const Frame& frame, const EvalDirections& directions) {
+#if !KINDLING_ON_GPU
+  if (directions.size() >= kMinEvalsTogether) return {frame.to_local(directions.lanes()), directions.size()};
+#endif
+  EvalDirections local;
+  for (size_t i = 0; i < directions.size(); ++i) local.add(frame.to_local(directions[i]));
+  return local;
 }
+
+// BsdfEvals of several directions, number by number. Not initialized, so that they cost nothing.
+struct BsdfEvals {
+  using Numbers = std::array<float, kEvalsTogether>;
+  alignas(32) Numbers red, green, blue; // of the values
+  alignas(32) Numbers pdfs, reflection_pdfs;
+
+  void set(size_t number, const BsdfEval& eval) {
+    red[number] = eval.value.x, green[number] = eval.value.y, blue[number] = eval.value.z;
+    pdfs[number] = eval.pdf, reflection_pdfs[number] = eval.reflection_pdf;
+  }
+#if !KINDLING_ON_GPU
+  // Sets those of directions in lanes, which are zero at and below the horizon.
+  void set_above(const Imath::Vec3<Lanes>& wi, const BsdfEvalOf<Lanes>& eval) {
+    const LaneMask above = wi.z > 0.0f;
+    const auto store = [&](Numbers& numbers, const Lanes& lanes) {
+      select(above, lanes, Lanes(0.0f)).store(numbers.data());
+    };
+    store(red, eval.value.x), store(green, eval.value.y), store(blue, eval.value.z);
+    store(pdfs, eval.pdf), store(reflection_pdfs, eval.reflection_pdf);
+  }
+#endif
+  [[nodiscard]] Rgb value(size_t number) const { return {red[number], green[number], blue[number]}; }
+  [[nodiscard]] BsdfEval operator[](size_t number) const {
+    return {value(number), pdfs[number], reflection_pdfs[number]};
+  }
+};
 
 } // namespace kindling

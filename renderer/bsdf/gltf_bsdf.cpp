@@ -79,6 +79,11 @@ GltfBsdf::GltfBsdf(const BsdfParameters& parameters, const V3f& wo)
 }
 
 template <typename Real>
+BsdfEvalOf<Real> GltfBsdf::eval_lambert(const Imath::Vec3<Real>& wi) const {
+  return {{diffuse_.x * wi.z, diffuse_.y * wi.z, diffuse_.z * wi.z}, wi.z * kInvPi};
+}
+
+template <typename Real>
 BsdfEvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) const {
   const float alpha2 = alpha_ * alpha_;
   // The half vector before normalization: |wo + wi| = 2 cos(theta_d).
@@ -108,15 +113,14 @@ BsdfEvalOf<Real> GltfBsdf::eval_microfacets(const Imath::Vec3<Real>& wi) const {
 
 BsdfEval GltfBsdf::eval(const V3f& wi) const {
   if (!(wi.z > 0.0f)) return {};
-  if (glossy_probability_ == 0.0f) return {diffuse_ * wi.z, wi.z * kInvPi};
-  return eval_microfacets(wi);
+  return glossy_probability_ == 0.0f ? eval_lambert(wi) : eval_microfacets(wi);
 }
 
-void GltfBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
-  assert(wi.size() <= kEvalsTogether);
+void GltfBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const {
 #if !KINDLING_ON_GPU
-  if (wi.size() >= kMinEvalsTogether && glossy_probability_ > 0.0f) {
-    evals.set_above(wi, eval_microfacets(in_lanes(wi)));
+  if (wi.size() >= kMinEvalsTogether) {
+    const Imath::Vec3<Lanes> directions = wi.lanes();
+    evals.set_above(directions, glossy_probability_ == 0.0f ? eval_lambert(directions) : eval_microfacets(directions));
     return;
   }
 #endif

@@ -64,7 +64,7 @@ class GltfBsdf {
   // Returns value and density together, as multiple importance sampling needs both.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
   // The same for at most kEvalsTogether directions, with the same bits.
-  void eval(std::span<const V3f> wi, BsdfEvals& evals) const;
+  void eval(const EvalDirections& wi, BsdfEvals& evals) const;
   // u_lobe in [0, 1) selects the lobe, u in [0, 1)^2 the direction. Empty: the sample was absorbed
   // (counts as zero). Directions from the visible-normal distribution are glossy, those from the
   // cosine distribution diffuse.
@@ -89,7 +89,9 @@ class GltfBsdf {
   [[nodiscard]] float alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
 
  private:
-  // eval() of directions above the horizon, not for Lambert.
+  // eval() of directions above the horizon: of Lambert, and of all others.
+  template <typename Real>
+  [[nodiscard]] BsdfEvalOf<Real> eval_lambert(const Imath::Vec3<Real>& wi) const;
   template <typename Real>
   [[nodiscard]] BsdfEvalOf<Real> eval_microfacets(const Imath::Vec3<Real>& wi) const;
 

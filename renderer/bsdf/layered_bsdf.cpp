@@ -165,11 +165,10 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
   return result;
 }
 
-void LayeredBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
-  assert(wi.size() <= kEvalsTogether);
+void LayeredBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const {
 #if !KINDLING_ON_GPU
   if (wi.size() >= kMinEvalsTogether) {
-    const Imath::Vec3<Lanes> directions = in_lanes(wi);
+    const Imath::Vec3<Lanes> directions = wi.lanes();
     BsdfEvalOf<Lanes> result = eval_opaque_above(directions);
     if (glass_ && !glass_->is_delta()) {
       const BsdfEvalOf<Lanes> glass = glass_->eval_reflected(directions);
@@ -177,7 +176,7 @@ void LayeredBsdf::eval(std::span<const V3f> wi, BsdfEvals& evals) const {
       for (int c = 0; c < 3; ++c) result.value[c] = result.value[c] + glass.value[c] * weight;
       result.pdf = result.pdf + choice_probability(kGlass) * glass.pdf;
     }
-    evals.set_above(wi, result);
+    evals.set_above(directions, result);
     for (size_t i = 0; i < wi.size() && spreads_from_below(); ++i)
       if (wi[i].z < 0.0f) evals.set(i, eval(wi[i]));
     return;

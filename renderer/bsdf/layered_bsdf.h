@@ -35,7 +35,7 @@ class LayeredBsdf {
   // Returns f |cos_theta_i| and the density; delta directions are excluded.
   [[nodiscard]] BsdfEval eval(const V3f& wi) const;
   // The same for at most kEvalsTogether directions, with the same bits.
-  void eval(std::span<const V3f> wi, BsdfEvals& evals) const;
+  void eval(const EvalDirections& wi, BsdfEvals& evals) const;
   // pdf 0: a delta direction. u_lobe in [cosine_begin(), 1) selects the cosine lobe above the
   // surface, with a total probability of 1 - cosine_begin(). Directions below the surface are
   // Lobe::transmission; sheen is Lobe::diffuse.

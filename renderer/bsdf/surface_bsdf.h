@@ -22,7 +22,7 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->eval(wi) : layered().eval(wi);
   }
-  void eval(std::span<const V3f> wi, BsdfEvals& evals) const {
+  void eval(const EvalDirections& wi, BsdfEvals& evals) const {
     if (const GltfBsdf* const plain = std::get_if<0>(&bsdf_))
       plain->eval(wi, evals);
     else

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
+
 #include <cassert>
 #include <cmath>
 
@@ -18,6 +20,12 @@ namespace kindling {
   const float ratio = pdf_b / pdf_a;
   if (std::isnan(ratio)) return 0.5f; // two infinities
   return 1.0f / (1.0f + ratio * ratio);
+}
+// Those of eight samples, with the same bits.
+[[nodiscard]] inline Lanes power_heuristic(const Lanes& pdf_a, const Lanes& pdf_b) {
+  const Lanes ratio = pdf_b / pdf_a, weight = 1.0f / (1.0f + ratio * ratio);
+  const LaneMask is_number = ratio <= kInfinity; // else NaN
+  return select(pdf_a > 0.0f, select(is_number, weight, Lanes(0.5f)), Lanes(0.0f));
 }
 
 } // namespace kindling

@@ -40,11 +40,11 @@ template <typename Bsdf>
 void expect_bits_of_each(const Bsdf& bsdf, const std::string& material, Random& random) {
   const std::vector<V3f> directions = random_directions(random.next_u64() % (kEvalsTogether + 1), random);
   BsdfEvals together;
-  bsdf.eval(directions, together);
+  bsdf.eval(EvalDirections(directions), together);
   for (size_t n = 0; n < directions.size(); ++n) {
     const BsdfEval alone = bsdf.eval(directions[n]);
-    ASSERT_TRUE(same_bits(together.values[n], alone.value))
-        << together.values[n] << alone.value << directions[n] << material;
+    ASSERT_TRUE(same_bits(together.value(n), alone.value))
+        << together.value(n) << alone.value << directions[n] << material;
     ASSERT_TRUE(same_bits(together.pdfs[n], alone.pdf)) << directions[n] << material;
     ASSERT_TRUE(same_bits(together.reflection_pdfs[n], alone.reflection_pdf)) << directions[n] << material;
   }

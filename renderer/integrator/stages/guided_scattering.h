@@ -83,10 +83,9 @@ class GuidedBsdf {
   }
 
   // The same for at most kEvalsTogether directions, with the same bits.
-  void eval(std::span<const V3f> wi, BsdfEvals& evals) const {
-    std::array<V3f, kEvalsTogether> local;
-    for (size_t i = 0; i < wi.size(); ++i) local[i] = frame_.to_local(wi[i]);
-    bsdf_.eval(std::span(local).first(wi.size()), evals);
+  void eval(const EvalDirections& wi, BsdfEvals& evals) const {
+    const EvalDirections local = to_local(frame_, wi);
+    bsdf_.eval(local, evals);
     for (size_t i = 0; i < wi.size() && is_guided(); ++i)
       if (evals.pdfs[i] > 0.0f) evals.pdfs[i] = mixed(evals.pdfs[i], local[i].z, wi[i]);
   }

@@ -209,6 +209,22 @@ struct PathStages {
   template <typename Lights, typename Sink>
   void add_lights_together(const Vertex& vertex, const Lights& lights, const DirectCounts& counts,
                            const PathInFlight& path, Sink& sink, ReusedPath* reused) const; // step of it
+  // Its steps: finds the samples that may bring light; adds some of them by their weights, which
+  // weigh() computes given the BSDF towards them. That returns a mask of those that bring light.
+  struct ReadySamples;
+  struct LightLanes;
+  template <typename Lights>
+  void find_ready(const Vertex& vertex, const Lights& lights, const DirectCounts& counts, const PathInFlight& path,
+                  ReadySamples& samples) const;
+  template <typename Sink>
+  [[nodiscard]] bool only_weights(const Vertex& vertex, const PathInFlight& path, const Sink& sink) const;
+  template <typename Lights, typename Sink>
+  void add_weighted(const Vertex& vertex, const Lights& lights, const DirectCounts& counts, const ReadySamples& samples,
+                    uint32_t first, const BsdfEvals& evals, const PathInFlight& path, Sink& sink) const;
+  [[nodiscard]] static uint32_t weigh(const Vertex& vertex, const PathState& state, const DirectCounts& counts,
+                                      const BsdfEvals& evals, LightLanes& lights);
+  [[nodiscard]] static accel::Ray shadow_ray(const Vertex& vertex, const LightSample& light, uint32_t number,
+                                             const PathInFlight& path);
   // Returns the probability with which a light sample at a surface chooses the environment.
   [[nodiscard]] float probability_of_environment(const Vertex& vertex) const {
     return world->lights.environment_probability(vertex.surface.position, vertex.surface.light_normal(),

@@ -39,16 +39,14 @@ class LightFrom {
   struct Values {
     std::array<Rgb, kEvalsTogether> all, shared;
   };
-  // For at most kEvalsTogether directions.
-  void towards(std::span<const V3f> wo, Values& values) const {
-    std::array<V3f, kEvalsTogether> local;
+  void towards(const EvalDirections& wo, Values& values) const {
+    const EvalDirections local = to_local(frame_, wo);
     BsdfEvals evals;
-    for (size_t i = 0; i < wo.size(); ++i) local[i] = frame_.to_local(wo[i]);
-    bsdf_.eval(std::span(local).first(wo.size()), evals);
+    bsdf_.eval(local, evals);
     const bool narrow = bsdf_.alpha() > 0.0f && bsdf_.alpha() < kMinSharedAlpha;
     for (size_t i = 0; i < wo.size(); ++i) {
       const float scale = local[i].z > 0.0f ? cosine_ / local[i].z : 0.0f;
-      values.all[i] = evals.values[i] * scale;
+      values.all[i] = evals.value(i) * scale;
       values.shared[i] = narrow ? bsdf_.diffuse_value(local[i]) * scale : values.all[i];
     }
   }
@@ -106,17 +104,17 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   uint32_t traced = 0;
   std::array<uint32_t, kEvalsTogether> places;
   std::array<float, kEvalsTogether> ratios;
-  std::array<V3f, kEvalsTogether> directions;
-  size_t ready = 0;
+  EvalDirections directions;
   const auto set_links = [&] {
     BsdfEvals evals;
-    bsdf.eval(std::span(directions).first(ready), evals);
-    for (size_t i = 0; i < ready; ++i) {
-      if (is_black(evals.values[i]) || !(evals.pdfs[i] > 0.0f)) continue;
-      link(slot, places[i]) = {evals.values[i] * ratios[i], evals.pdfs[i] * ratios[i], directions[i]};
+    bsdf.eval(directions, evals);
+    for (size_t i = 0; i < directions.size(); ++i) {
+      const Rgb value = evals.value(i);
+      if (is_black(value) || !(evals.pdfs[i] > 0.0f)) continue;
+      link(slot, places[i]) = {value * ratios[i], evals.pdfs[i] * ratios[i], directions[i]};
       traced |= 1U << places[i];
     }
-    ready = 0;
+    directions.clear();
   };
   for (uint32_t place = 1; place < count; ++place) {
     if ((givers >> place & 1U) == 0) continue;
@@ -124,10 +122,11 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
     const Way way = way_between(receiver.first, second);
     if (!(way.solid_angle_per_area > 0.0f) || !(way.direction.dot(receiver.first.geometric_normal) > 0.0f)) continue;
     if (!((second.origin - receiver.first.origin).length2() > 0.0f)) continue;
-    places[ready] = place, ratios[ready] = way.solid_angle_per_area, directions[ready] = way.direction;
-    if (++ready == kEvalsTogether) set_links();
+    places[directions.size()] = place, ratios[directions.size()] = way.solid_angle_per_area;
+    directions.add(way.direction);
+    if (directions.size() == kEvalsTogether) set_links();
   }
-  if (ready > 0) set_links();
+  if (directions.size() > 0) set_links();
   return traced;
 }
 
@@ -156,27 +155,27 @@ void ReuseView::share_light(uint32_t slot, const ReuseGroup& group) const {
   const auto share = [&](const V3f& wi, float scale, Rgb ReuseLink::*received, Rgb& own) {
     const LightFrom from(giver.second, frame, wi);
     std::array<uint32_t, kEvalsTogether> places;
-    std::array<V3f, kEvalsTogether> directions;
-    size_t ready = 0;
+    EvalDirections directions;
     const auto set_factors = [&] {
       LightFrom::Values values;
-      from.towards(std::span(directions).first(ready), values);
-      for (size_t i = 0; i < ready; ++i) {
+      from.towards(directions, values);
+      for (size_t i = 0; i < directions.size(); ++i) {
         ReuseLink& to = link(group[places[i]], places[i]);
         to.*received = to.value * values.shared[i] * (scale / density);
         if (places[i] == 0)
           own = giver.throughput * giver.value * (values.all[i] - values.shared[i]) * (scale / giver.pdf);
       }
-      ready = 0;
+      directions.clear();
     };
     for (uint32_t place = 0; place < count; ++place) {
       if (group[place] == kNoPath) continue;
       const ReuseLink& to = link(group[place], place);
       if (!(to.density > 0.0f)) continue;
-      places[ready] = place, directions[ready] = -to.of_light;
-      if (++ready == kEvalsTogether) set_factors();
+      places[directions.size()] = place;
+      directions.add(-to.of_light);
+      if (directions.size() == kEvalsTogether) set_factors();
     }
-    if (ready > 0) set_factors();
+    if (directions.size() > 0) set_factors();
   };
   if (!is_black(giver.tail)) share(giver.tail_wi, 1.0f / giver.tail_pdf, &ReuseLink::of_tail, giver.own_of_tail);
   // Last, as it replaces the directions.
