@@ -36,7 +36,7 @@ enum class IntegratorKind : uint8_t {
 inline constexpr int kMaxBounces = 4096;
 
 // Maximum of IntegratorSettings::direct_samples.
-inline constexpr int kMaxDirectSamples = 8;
+inline constexpr int kMaxDirectSamples = 16;
 
 // Maximum of IntegratorSettings::reflection_samples.
 inline constexpr int kMaxReflectionSamples = 4;

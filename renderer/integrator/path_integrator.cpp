@@ -215,8 +215,9 @@ void PathIntegrator::shade(PathContext& context) const {
   }
   BatchSink sink{context, world_, stages_};
   const size_t count = context.active.size();
-  for (size_t first = 0; first < count; first += ShadeGroup::kSize) {
-    const size_t end = std::min(first + ShadeGroup::kSize, count);
+  const size_t together = ShadeGroup::size_for(stages_.settings.direct_samples);
+  for (size_t first = 0; first < count; first += together) {
+    const size_t end = std::min(first + together, count);
     shade_group(first, end, context, sink);
     if (!context.first_hits.empty()) note_first_hits(first, end, context);
   }

@@ -4,6 +4,7 @@
 
 #include "renderer/integrator/stages/path_stages.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +16,14 @@ namespace kindling {
 // The size is chosen so that the data of all its paths stays in the innermost caches.
 struct ShadeGroup {
   static constexpr size_t kSize = 32;
-  static constexpr size_t kMaxLights = kSize * kMaxDirectSamples;
+  static constexpr size_t kMaxLights = 256;
   static constexpr size_t kMaxReflections = kSize * kMaxReflectionSamples;
+  // Returns how many paths are shaded together if each has so many light samples, at most
+  // kMaxDirectSamples.
+  [[nodiscard]] static size_t size_for(int direct_samples) {
+    static_assert(kMaxLights >= kMaxDirectSamples);
+    return std::min(kSize, kMaxLights / static_cast<size_t>(direct_samples));
+  }
 
   struct Member {
     EnvironmentView::Location escaped;         // direction of a ray without a hit

@@ -136,14 +136,14 @@ TEST(Options, DirectSamplesAreChosenOrGiven) {
   EXPECT_TRUE(render_options({}).chooses_direct_samples);
   EXPECT_TRUE(render_options({"--direct-samples", "3", "--direct-samples", "auto"}).chooses_direct_samples);
   EXPECT_EQ(render_options({"--direct-samples", "3", "--direct-samples", "auto"}).integrator.direct_samples, 1);
-  for (const char* samples : {"1", "8"}) {
+  for (const char* samples : {"1", "16"}) {
     const RenderOptions options = render_options({"--direct-samples", samples});
     EXPECT_FALSE(options.chooses_direct_samples) << samples;
     EXPECT_EQ(options.integrator.direct_samples, std::stoi(samples));
   }
-  for (const char* samples : {"0", "9", "-1", "2.5", "many", ""})
+  for (const char* samples : {"0", "17", "-1", "2.5", "many", ""})
     EXPECT_EQ(refusal({"render", "a.glb", "--direct-samples", samples}),
-              "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 8");
+              "--direct-samples: '" + std::string(samples) + "' is neither auto nor a whole number from 1 to 16");
 }
 
 TEST(Options, ReflectionSamplesAreChosenOrGiven) {

@@ -60,7 +60,7 @@ class DirectSamplePilot {
                                   open.reflections ? 0 : settings.integrator.reflection_samples} {
     open_.reflections = open.reflections && world.lights.has_environment;
     measured_counts_.push_back(given_);
-    if (open_.lights) measured_counts_.push_back({kMaxChosenDirectSamples, given_.reflections});
+    if (open_.lights) measured_counts_.push_back({kMeasuredDirectSamples, given_.reflections});
     if (open_.reflections) measured_counts_.push_back({measured_counts_.back().lights, kMeasuredReflections});
   }
 
@@ -113,8 +113,8 @@ class DirectSamplePilot {
 
   [[nodiscard]] Model model_of_lights(const MeasuredNoise& measured) const {
     Model model{.all = measured.error[0], .first = given_};
-    model.of_lights = falling(measured, 0, 1.0 - 1.0 / kMaxChosenDirectSamples);
-    model.light_cost = added_cost(measured, 0) / (kMaxChosenDirectSamples - 1);
+    model.of_lights = falling(measured, 0, 1.0 - 1.0 / kMeasuredDirectSamples);
+    model.light_cost = added_cost(measured, 0) / (kMeasuredDirectSamples - 1);
     return model;
   }
 
@@ -132,14 +132,22 @@ class DirectSamplePilot {
   [[nodiscard]] Prediction best_of(const Model& model) const {
     Prediction best{given_, 1.0};
     double max_product = 1.0 / kMinDirectSampleGain;
+    int least_lights = given_.lights, most_lights = open_.lights ? kMeasuredDirectSamples : given_.lights;
     const auto choose_lights = [&](int reflections) {
-      for (int lights = given_.lights; lights <= (open_.lights ? kMaxChosenDirectSamples : given_.lights); ++lights) {
+      for (int lights = least_lights; lights <= most_lights; ++lights) {
         const double product = model.product({lights, reflections});
         if (product <= max_product && product < best.product) best = {{lights, reflections}, product};
       }
     };
     choose_lights(given_.reflections);
     max_product = std::min(max_product, best.product / kMinReflectionSampleGain);
+    if (open_.reflections)
+      for (const int reflections : {1, 2, kMaxReflectionSamples}) choose_lights(reflections);
+    if (!open_.lights) return best;
+    least_lights = kMeasuredDirectSamples + 1;
+    most_lights = kMaxChosenDirectSamples;
+    max_product = std::min(max_product, best.product / kMinUnmeasuredGain);
+    choose_lights(given_.reflections);
     if (open_.reflections)
       for (const int reflections : {1, 2, kMaxReflectionSamples}) choose_lights(reflections);
     return best;
