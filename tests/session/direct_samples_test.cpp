@@ -93,7 +93,7 @@ TEST(DirectSamples, OutOfRangeAndBesideLightPathsAreRefused) {
     settings.integrator.direct_samples = samples;
     const Result<void> checked = check_settings(settings, camera);
     ASSERT_FALSE(checked.ok()) << samples;
-    EXPECT_EQ(checked.error().message, "direct_samples " + std::to_string(samples) + ": 1 to 8 is needed");
+    EXPECT_EQ(checked.error().message, "direct_samples " + std::to_string(samples) + ": 1 to 16 is needed");
   }
   settings.integrator.direct_samples = 2;
   EXPECT_TRUE(check_settings(settings, camera).ok());

@@ -45,7 +45,7 @@ inline constexpr std::array kStrategies{
              accel::Kind::embree, true, 32},
     Strategy{"kd-tree", [](RenderSettings&) {}, accel::Kind::kdtree, true, 16},
     Strategy{"guiding", [](RenderSettings&) {}, accel::Kind::embree, false, 48, true},
-    Strategy{"direct samples", [](RenderSettings& s) { s.integrator.direct_samples = 4; }, accel::Kind::kdtree, false,
+    Strategy{"direct samples", [](RenderSettings& s) { s.integrator.direct_samples = 16; }, accel::Kind::kdtree, false,
              48, true},
     Strategy{"direct, jittered",
              [](RenderSettings& s) {

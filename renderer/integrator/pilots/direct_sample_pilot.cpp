@@ -132,9 +132,9 @@ class DirectSamplePilot {
   [[nodiscard]] Prediction best_of(const Model& model) const {
     Prediction best{given_, 1.0};
     double max_product = 1.0 / kMinDirectSampleGain;
-    int least_lights = given_.lights, most_lights = open_.lights ? kMeasuredDirectSamples : given_.lights;
+    int min_lights = given_.lights, max_lights = open_.lights ? kMeasuredDirectSamples : given_.lights;
     const auto choose_lights = [&](int reflections) {
-      for (int lights = least_lights; lights <= most_lights; ++lights) {
+      for (int lights = min_lights; lights <= max_lights; ++lights) {
         const double product = model.product({lights, reflections});
         if (product <= max_product && product < best.product) best = {{lights, reflections}, product};
       }
@@ -144,8 +144,8 @@ class DirectSamplePilot {
     if (open_.reflections)
       for (const int reflections : {1, 2, kMaxReflectionSamples}) choose_lights(reflections);
     if (!open_.lights) return best;
-    least_lights = kMeasuredDirectSamples + 1;
-    most_lights = kMaxChosenDirectSamples;
+    min_lights = kMeasuredDirectSamples + 1;
+    max_lights = kMaxChosenDirectSamples;
     max_product = std::min(max_product, best.product / kMinUnmeasuredGain);
     choose_lights(given_.reflections);
     if (open_.reflections)
