@@ -20,9 +20,11 @@ struct TestClock {
 // Blocks every third ray. Its calls take a time for each ray.
 class SlowAccelerator final : public accel::Accelerator {
  public:
-  int64_t stream_ns = 0, packets_ns = 0; // for each ray
+  int64_t stream_ns, packets_ns; // for each ray
   bool alike = true;
   mutable size_t stream_calls = 0, packet_calls = 0;
+
+  SlowAccelerator(int64_t of_stream_ns, int64_t of_packets_ns) : stream_ns(of_stream_ns), packets_ns(of_packets_ns) {}
 
   [[nodiscard]] accel::Hit intersect(const accel::Ray&) const override { return {}; }
   [[nodiscard]] bool occluded(const accel::Ray&) const override { return false; }
@@ -60,9 +62,7 @@ void trace(Queries& queries, const SlowAccelerator& accelerator, size_t batches,
 
 TEST(ShadowQueries, MostBatchesTakeTheFasterCall) {
   for (const bool packets_win : {false, true}) {
-    SlowAccelerator accelerator;
-    accelerator.stream_ns = packets_win ? 200 : 150;
-    accelerator.packets_ns = packets_win ? 150 : 200;
+    const SlowAccelerator accelerator(packets_win ? 200 : 150, packets_win ? 150 : 200);
     Queries queries;
     trace(queries, accelerator, 2 * Queries::kFirstTrials + 10 * Queries::kTrialPeriod, 1000);
     EXPECT_EQ(packets_win ? accelerator.stream_calls : accelerator.packet_calls, Queries::kFirstTrials + 10);
@@ -70,9 +70,7 @@ TEST(ShadowQueries, MostBatchesTakeTheFasterCall) {
 }
 
 TEST(ShadowQueries, TheChoiceFollowsAChangeOfTimes) {
-  SlowAccelerator accelerator;
-  accelerator.stream_ns = 150;
-  accelerator.packets_ns = 200;
+  SlowAccelerator accelerator(150, 200);
   Queries queries;
   trace(queries, accelerator, 200, 1000);
   accelerator.stream_ns = 400;
@@ -83,9 +81,7 @@ TEST(ShadowQueries, TheChoiceFollowsAChangeOfTimes) {
 }
 
 TEST(ShadowQueries, OneLongPauseChangesNoChoice) {
-  SlowAccelerator accelerator;
-  accelerator.stream_ns = 150;
-  accelerator.packets_ns = 200;
+  SlowAccelerator accelerator(150, 200);
   Queries queries;
   trace(queries, accelerator, 200, 1000);
   accelerator.stream_ns = 1'000'000; // the thread is suspended
@@ -97,9 +93,7 @@ TEST(ShadowQueries, OneLongPauseChangesNoChoice) {
 }
 
 TEST(ShadowQueries, SmallBatchesAreNoTrials) {
-  SlowAccelerator accelerator;
-  accelerator.stream_ns = 200;
-  accelerator.packets_ns = 150;
+  SlowAccelerator accelerator(200, 150);
   Queries queries;
   trace(queries, accelerator, 100, Queries::kMinTimedRays - 1);
   EXPECT_EQ(accelerator.packet_calls, 0U);
@@ -110,9 +104,7 @@ TEST(ShadowQueries, SmallBatchesAreNoTrials) {
 }
 
 TEST(ShadowQueries, PacketsThatMayAnswerDifferentlyAreNotUsed) {
-  SlowAccelerator accelerator;
-  accelerator.stream_ns = 200;
-  accelerator.packets_ns = 1;
+  SlowAccelerator accelerator(200, 1);
   accelerator.alike = false;
   Queries queries;
   trace(queries, accelerator, 100, 1000);
