@@ -73,6 +73,27 @@ template <typename Lights, typename Sink>
   }
 }
 
+// Returns density and weight of a sample, or of eight. Where there are reflection samples, light of
+// the environment is found by three techniques: the power heuristic weights light samples against
+// directions of the BSDF, and the balance heuristic those of reflection samples against the one of
+// the path.
+template <typename Real, typename Condition>
+inline PathStages::SampleWeight<Real> PathStages::weight_of(const DirectCounts& counts, const Real& light_pdf,
+                                                            const Real& bsdf_pdf, const Real& reflection_pdf,
+                                                            const Condition& environment, const Condition& reflected,
+                                                            const Condition& delta) {
+  // Densities of all samples together.
+  const Real pdf = light_pdf * static_cast<float>(counts.lights);
+  Real directions_pdf = bsdf_pdf;
+  if (counts.reflections > 0) {
+    const Real beside = bsdf_pdf + static_cast<float>(counts.reflections) * reflection_pdf;
+    directions_pdf = select(environment, beside, bsdf_pdf);
+  }
+  const Real density = select(reflected, directions_pdf, pdf);
+  const Real weight = power_heuristic(density, select(reflected, pdf, directions_pdf));
+  return {density, select(delta, Real(1.0f), weight)};
+}
+
 #if !KINDLING_ON_GPU
 // Light samples in lanes, as far as weigh() reads them, and the contributions that it finds. Lanes
 // that are left over are undefined.
@@ -93,22 +114,15 @@ struct PathStages::LightLanes {
   }
 };
 
-// The arithmetic of light_vertex() for up to eight samples, with the same bits.
+// Up to eight contributions with the bits of light_vertex().
 inline uint32_t PathStages::weigh(const Vertex& vertex, const PathState& state, const DirectCounts& counts,
                                   const BsdfEvals& evals, LightLanes& lights) {
   const Imath::Vec3<Lanes> value(Lanes::load(evals.red.data()), Lanes::load(evals.green.data()),
                                  Lanes::load(evals.blue.data()));
   const Lanes none(0.0f);
-  const LaneMask reflected = lights.reflected.load() > none;
-  const Lanes pdf = lights.pdf.load() * static_cast<float>(counts.lights);
-  Lanes directions_pdf = Lanes::load(evals.pdfs.data());
-  if (counts.reflections > 0) {
-    const Lanes beside = static_cast<float>(counts.reflections) * Lanes::load(evals.reflection_pdfs.data());
-    directions_pdf = select(lights.environment.load() > none, directions_pdf + beside, directions_pdf);
-  }
-  const Lanes density = select(reflected, directions_pdf, pdf);
-  const Lanes heuristic = power_heuristic(density, select(reflected, pdf, directions_pdf));
-  const Lanes weight = select(lights.delta.load() > none, Lanes(1.0f), heuristic);
+  const auto [density, weight] =
+      weight_of(counts, lights.pdf.load(), Lanes::load(evals.pdfs.data()), Lanes::load(evals.reflection_pdfs.data()),
+                lights.environment.load() > none, lights.reflected.load() > none, lights.delta.load() > none);
   const Lanes scale = vertex.surface.alpha * weight / density;
   const Imath::Vec3<Lanes> radiance = lights.radiance.load();
   const auto channel = [&](int c) { return Lanes(state.throughput[c] * value[c] * radiance[c] * scale); };
@@ -237,9 +251,7 @@ inline accel::Ray PathStages::shadow_ray(const Vertex& vertex, const LightSample
 }
 
 // Next-event estimation, given the BSDF towards the light. A contribution is added to the path once
-// its shadow ray is traced. Where there are reflection samples, light of the environment is found
-// by three techniques: the power heuristic weights light samples against directions of the BSDF,
-// and the balance heuristic those of reflection samples against the one of the path.
+// its shadow ray is traced.
 template <typename Sink>
 inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& light, const BsdfEval& eval,
                                      uint32_t number, const DirectCounts& counts, const PathInFlight& path, Sink& sink,
@@ -248,15 +260,9 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   const PathState& state = path.state;
   const float side = light.wi.dot(surface.geometric_normal);
   if (is_black(eval.value)) return;
-  // Densities of all samples together.
-  const float pdf = light.pdf * static_cast<float>(counts.lights);
-  float directions_pdf = eval.pdf;
-  if (counts.reflections > 0 && light.kind == LightKind::environment)
-    directions_pdf += static_cast<float>(counts.reflections) * eval.reflection_pdf;
-  const bool reflected = number >= counts.lights;
-  const float density = reflected ? directions_pdf : pdf;
+  const auto [density, weight] = weight_of(counts, light.pdf, eval.pdf, eval.reflection_pdf,
+                                           light.kind == LightKind::environment, number >= counts.lights, light.delta);
   if (!(density > 0.0f)) return;
-  const float weight = light.delta ? 1.0f : power_heuristic(density, reflected ? pdf : directions_pdf);
   Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / density);
   if (state.in_medium || (side < 0.0f && vertex.layers && surface.layers.boundary))
     contribution *= transmittance_to_light(vertex, side, light.distance, path);

@@ -209,8 +209,18 @@ struct PathStages {
   template <typename Lights, typename Sink>
   void add_lights_together(const Vertex& vertex, const Lights& lights, const DirectCounts& counts,
                            const PathInFlight& path, Sink& sink, ReusedPath* reused) const; // step of it
-  // Its steps: finds the samples that may bring light; adds some of them by their weights, which
-  // weigh() computes given the BSDF towards them. That returns a mask of those that bring light.
+  // Density and weight of a sample: its light counts weight / density times.
+  template <typename Real>
+  struct SampleWeight {
+    Real density, weight;
+  };
+  template <typename Real, typename Condition>
+  [[nodiscard]] static SampleWeight<Real>
+  weight_of(const DirectCounts& counts, const Real& light_pdf, const Real& bsdf_pdf, const Real& reflection_pdf,
+            const Condition& environment, const Condition& reflected, const Condition& delta);
+  // Steps of add_lights_together(): finds the samples that may bring light; adds some of them by
+  // their weights, which weigh() computes given the BSDF towards them. That returns a mask of those
+  // that bring light.
   struct ReadySamples;
   struct LightLanes;
   template <typename Lights>
