@@ -37,7 +37,7 @@ PASSES = ("diffuse_direct,diffuse_indirect,glossy_direct,glossy_indirect,transmi
 # Kernels of their own split light, so they run in one of the sizes.
 LAYERS = {SIZES[0]: ("--aov", f"{AOVS},{PASSES}", "--light-groups", "name", "--cryptomatte", "object,material,asset"),
           SIZES[1]: ("--aov", f"{AOVS},vector", "--path-reuse", "8", "--shutter", "0,0"),
-          SIZES[2]: ("--aov", AOVS)}
+          SIZES[2]: ("--aov", AOVS, "--direct-samples", "16", "--reflection-samples", "4")}
 
 
 def collect(folder, to):
@@ -194,8 +194,8 @@ def images(the_round):
 
 
 def bits(the_round):
-    """Images whose pixels differ from those of the CPU, in three sizes: with all layers and parts of the light, with shared paths, and without.
-    Several are rendered at the same time."""
+    """Images whose pixels differ from those of the CPU, in three sizes: with all layers and parts of the light, with shared paths, and with
+    the most light samples and reflection samples. Several are rendered at the same time."""
     jobs = measured_jobs() + [renderers.Job(str(scene.relative_to(ROOT / "scenes")), scene, (320, 180), 8)
                               for scene in same_images.scenes_in(ROOT / "scenes")]
     compared, different, early = 0, [], {}
