@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/append_reserved.h"
+#include "renderer/integrator/manifolds/manifold_light.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/path_recorder.h"
 #include "renderer/integrator/path_reuse.h"
@@ -16,6 +17,7 @@ namespace kindling {
 struct BatchSink {
   static constexpr bool kSplits = false;
   static constexpr bool kBesideLightPaths = true;
+  static constexpr bool kManifolds = true;
   static constexpr bool kReuses = true;
 
   PathContext& context;
@@ -35,6 +37,11 @@ struct BatchSink {
     if (context.photon_maps.empty()) return;
     const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
     path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
+  }
+
+  void add_manifold_light(const PathInFlight& path, const ManifoldLight& found) {
+    path.state.light[kIndirect] += found.light;
+    context.counters.bounce += found.rays;
   }
 
   [[nodiscard]] ReusedPath* reused(const PathInFlight& path) const {

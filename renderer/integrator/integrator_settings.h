@@ -41,6 +41,9 @@ inline constexpr int kMaxDirectSamples = 16;
 // Maximum of IntegratorSettings::reflection_samples.
 inline constexpr int kMaxReflectionSamples = 4;
 
+// Maximum of IntegratorSettings::manifold_samples.
+inline constexpr int kMaxManifoldSamples = 16;
+
 // Maximum of IntegratorSettings::path_reuse.
 inline constexpr uint32_t kMaxPathReuse = 8;
 
@@ -66,6 +69,9 @@ struct IntegratorSettings {
   // Light paths are those of the whole image, and are joined to the camera for these pixels alone.
   V2i crop_min{0}, crop_end{0};
   float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
+  // First walks to lamps without a size by way of smooth glass (manifold_walk.h), at each surface
+  // of a path; 0: none; IntegratorKind::path alone.
+  int manifold_samples = 0;
   // Light samples of an environment image come from a PresampledEnvironment; IntegratorKind::path
   // alone.
   bool presamples_environment = true;

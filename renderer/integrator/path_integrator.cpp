@@ -56,6 +56,7 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
     unshaded_->light_groups_ = {};
     unshaded_->groups_ = {};
   }
+  stages_.manifolds = (manifolds_ = make_manifolds(settings, world)).get();
   light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
   stages_.light_paths = light_paths_.get();
   if (light_paths_ && settings.photons > 0.0f)

@@ -5,6 +5,7 @@
 #include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "renderer/integrator/manifolds/manifolds.h"
 #include "renderer/integrator/path_context.h"
 #include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -98,10 +99,11 @@ class PathIntegrator final : public Integrator {
   LightGroups light_groups_;                                // none: not split by them
   LightGroupsView groups_;                                  // theirs
   FirstHits first_hits_;
-  std::unique_ptr<LightPaths> light_paths_;  // null: none are traced
-  std::unique_ptr<PhotonMaps> photon_maps_;  // null: no photons are gathered
-  const ShadowCatchers* catchers_ = nullptr; // only with Aov::shadow_catcher
-  std::unique_ptr<PathIntegrator> unshaded_; // of the scene without what shades them
+  std::unique_ptr<const Manifolds> manifolds_; // null: no manifold sampling
+  std::unique_ptr<LightPaths> light_paths_;    // null: none are traced
+  std::unique_ptr<PhotonMaps> photon_maps_;    // null: no photons are gathered
+  const ShadowCatchers* catchers_ = nullptr;   // only with Aov::shadow_catcher
+  std::unique_ptr<PathIntegrator> unshaded_;   // of the scene without what shades them
 };
 
 } // namespace kindling

@@ -190,6 +190,27 @@ Result<void> check_photons(const RenderSettings& settings) {
   return {};
 }
 
+// What manifold sampling does not work with.
+Result<void> check_manifold_samples(const RenderSettings& settings) {
+  const IntegratorSettings& integrator = settings.integrator;
+  if (integrator.manifold_samples == 0) return {};
+  if (integrator.manifold_samples < 0 || integrator.manifold_samples > kMaxManifoldSamples)
+    return refuse("manifold samples " + std::to_string(integrator.manifold_samples) + ": 0 to " +
+                  std::to_string(kMaxManifoldSamples) + " are needed");
+  const auto not_with = [](const std::string& what) { return refuse("--manifold-samples: not " + what); };
+  if (integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (integrator.light_paths > 0.0f) return not_with("with --light-paths, which bring some of the same light; use 0");
+  if (integrator.photons > 0.0f) return not_with("with --photons, which bring some of the same light; use 0");
+  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  if (integrator.light_groups != LightGrouping::off || settings.aovs.needs_light_passes())
+    return not_with("with light groups or light passes");
+  if (needs_device(settings.device))
+    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
+  return {};
+}
+
 } // namespace
 
 Result<void> check_path_reuse(const RenderSettings& settings, const Camera& camera) {
@@ -203,6 +224,7 @@ Result<void> check_path_reuse(const RenderSettings& settings, const Camera& came
     return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
   if (integrator.light_paths > 0.0f || settings.chooses_light_paths) return not_with("with --light-paths; use 0");
   if (integrator.photons > 0.0f) return not_with("with --photons; use 0");
+  if (integrator.manifold_samples > 0) return not_with("with --manifold-samples; use 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   if (settings.sample_rates == SampleRateKind::noise) return not_with("with --sample-rates noise; use even");
@@ -228,6 +250,7 @@ Result<void> check_combination(const RenderSettings& settings, const Camera& cam
   if (Result<void> checked = check_motion(settings, camera); !checked) return checked;
   if (Result<void> checked = check_light_paths(settings, camera); !checked) return checked;
   if (Result<void> checked = check_photons(settings); !checked) return checked;
+  if (Result<void> checked = check_manifold_samples(settings); !checked) return checked;
   if (Result<void> checked = check_path_reuse(settings, camera); !checked) return checked;
   if (settings.tile_size_px < kBlockSize || settings.tile_size_px % kBlockSize != 0)
     return refuse("tile size " + std::to_string(settings.tile_size_px) + ": a positive multiple of 8 pixels is needed");

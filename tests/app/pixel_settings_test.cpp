@@ -139,6 +139,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--sample-rates", {true, kNone, {"--sample-rates", "noise"}}},
       {"--light-paths", {true, kNone, {"--light-paths", "0.25"}}},
       {"--photons", {true, kNone, {"--photons", "0.25"}}},
+      {"--manifold-samples", {true, kNone, {"--manifold-samples", "2"}}},
       {"--guiding", {true, kNone, {"--guiding", "off"}}},
       {"--training-paths", {true, kNone, {"--training-paths", "4096"}}},
       {"--ao-distance", {true, kNone, {"--ao-distance", "1"}}},

@@ -53,6 +53,13 @@ inline Scene glass_scene() {
 }
 inline std::unique_ptr<const World> glass_world(accel::Kind kind) { return make_world(glass_scene(), kind); }
 
+// The same with smooth glass, which manifold sampling finds the sun through.
+inline std::unique_ptr<const World> smooth_glass_world(accel::Kind kind) {
+  Scene scene = glass_scene();
+  scene.materials[1].roughness_factor = 0.0f;
+  return make_world(std::move(scene), kind);
+}
+
 // The same while the sphere rises and swells, the lamp moves and the mirror turns.
 inline std::unique_ptr<const World> moving_glass_world(accel::Kind kind) {
   Scene scene = glass_scene();

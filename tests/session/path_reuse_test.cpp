@@ -177,6 +177,7 @@ TEST(PathReuse, IsRefusedByNameWhereItDoesNotWork) {
                  [](RenderSettings& s) { s.integrator.kind = IntegratorKind::whitted; });
   expect_refusal("with --light-paths; use 0", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; });
   expect_refusal("with --light-paths; use 0", [](RenderSettings& s) { s.chooses_light_paths = true; });
+  expect_refusal("with --manifold-samples; use 0", [](RenderSettings& s) { s.integrator.manifold_samples = 2; });
   expect_refusal("with --photons; use 0", [](RenderSettings& s) { s.integrator.photons = 0.5f; });
   expect_refusal("with --caustics off or regularized; use full",
                  [](RenderSettings& s) { s.integrator.caustics = Caustics::regularized; });

@@ -26,6 +26,7 @@ enum class SplitKind {
   moving_photons,
   photons_by_rates,
   path_reuse,
+  manifolds,
 };
 
 struct SplitCase {
@@ -38,7 +39,7 @@ inline std::vector<SplitCase> all_split_cases() {
   for (const SplitKind kind :
        {SplitKind::path, SplitKind::jittered, SplitKind::whitted, SplitKind::adaptive, SplitKind::guided,
         SplitKind::moving, SplitKind::rates, SplitKind::light_paths, SplitKind::moving_light_paths, SplitKind::photons,
-        SplitKind::moving_photons, SplitKind::photons_by_rates, SplitKind::path_reuse})
+        SplitKind::moving_photons, SplitKind::photons_by_rates, SplitKind::path_reuse, SplitKind::manifolds})
     for (const accel::Kind accelerator : {accel::Kind::kdtree, accel::Kind::embree})
       cases.push_back({kind, accelerator});
   return cases;
@@ -46,8 +47,8 @@ inline std::vector<SplitCase> all_split_cases() {
 
 inline std::string split_case_name(const testing::TestParamInfo<SplitCase>& info) {
   constexpr const char* kNames[] = {
-      "path",        "jittered",           "whitted", "adaptive",       "guided",           "moving",    "rates",
-      "light_paths", "moving_light_paths", "photons", "moving_photons", "photons_by_rates", "path_reuse"};
+      "path",        "jittered",           "whitted", "adaptive",       "guided",           "moving",     "rates",
+      "light_paths", "moving_light_paths", "photons", "moving_photons", "photons_by_rates", "path_reuse", "manifolds"};
   return std::string(kNames[static_cast<size_t>(info.param.kind)]) + "_" +
          std::string(accel::kind_name(info.param.accelerator));
 }
@@ -59,6 +60,7 @@ class SplitScene {
                                  : what.kind == SplitKind::light_paths || what.kind == SplitKind::photons ||
                                          what.kind == SplitKind::photons_by_rates
                                      ? glass_world(what.accelerator)
+                                 : what.kind == SplitKind::manifolds ? smooth_glass_world(what.accelerator)
                                  : what.kind == SplitKind::moving_light_paths || what.kind == SplitKind::moving_photons
                                      ? moving_glass_world(what.accelerator)
                                      : mixed_world(what.accelerator)) {
@@ -73,7 +75,8 @@ class SplitScene {
 
   [[nodiscard]] const World& world() const { return *world_; }
   [[nodiscard]] Camera camera() const {
-    if (kind_ == SplitKind::light_paths || kind_ == SplitKind::photons || kind_ == SplitKind::photons_by_rates)
+    if (kind_ == SplitKind::light_paths || kind_ == SplitKind::photons || kind_ == SplitKind::photons_by_rates ||
+        kind_ == SplitKind::manifolds)
       return glass_camera(kSize);
     if (kind_ == SplitKind::moving_light_paths || kind_ == SplitKind::moving_photons) return moving_glass_camera(kSize);
     SceneCamera camera;
@@ -91,7 +94,8 @@ class SplitScene {
       if (is_possible(info.aov)) settings.aovs.insert(info.aov);
     settings.motion = motion_;
     if (settings.aovs.contains(Aov::shadow_catcher)) settings.catchers = catchers_;
-    if (kind_ != SplitKind::whitted) settings.integrator.light_groups = LightGrouping::name;
+    if (kind_ != SplitKind::whitted && kind_ != SplitKind::manifolds)
+      settings.integrator.light_groups = LightGrouping::name;
     settings.outliers = Outliers::trim;
     if (kind_ != SplitKind::whitted) add_mattes(settings);
     switch (kind_) {
@@ -137,6 +141,7 @@ class SplitScene {
       settings.min_rates_gain = 1.0;
       break;
     case SplitKind::path_reuse: settings.integrator.path_reuse = 8; break;
+    case SplitKind::manifolds: settings.integrator.manifold_samples = 2; break;
     }
     return settings;
   }
@@ -163,7 +168,8 @@ class SplitScene {
     return kind_ == SplitKind::photons || kind_ == SplitKind::moving_photons || kind_ == SplitKind::photons_by_rates;
   }
   [[nodiscard]] bool is_possible(Aov aov) const {
-    if (kind_ == SplitKind::whitted && is_light_pass(aov)) return false;
+    if ((kind_ == SplitKind::whitted || kind_ == SplitKind::manifolds) && is_light_pass(aov)) return false;
+    if (kind_ == SplitKind::manifolds && aov == Aov::shadow_catcher) return false;
     if (moves() && is_motion(aov)) return false;
     if (has_light_paths() && aov == Aov::shadow_catcher) return false;
     if (has_photons() && aov == Aov::shadow_catcher) return false;

@@ -102,6 +102,13 @@ void add_photons_flag(FlagSet& flags, IntegratorSettings& s) {
               [&s](auto text) { return store(parse_number(text, 0.0, 1.0), s.photons); });
 }
 
+void add_manifold_samples_flag(FlagSet& flags, IntegratorSettings& s) {
+  flags.value("--manifold-samples", "N",
+              "Look for the light that lamps without a size throw through smooth glass and off it, at each surface; 0: "
+              "not, and such light is missing [0]",
+              [&s](auto text) { return store(parse_integer(text, 0, kMaxManifoldSamples), s.manifold_samples); });
+}
+
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& s) {
   flags.value("--light-groups", "off|kind|name|extras",
               fmt::format("Layers of EXR files by light group, for 'kindling relight': by the kind of light "

@@ -188,6 +188,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   add_path_reuse_flag(flags, o);
   add_light_paths_flag(flags, o);
   add_photons_flag(flags, o.integrator);
+  add_manifold_samples_flag(flags, o.integrator);
   flags.value("--guiding", "MODE",
               fmt::format("Path guiding, trained before the image: on, off, or auto, where it pays [{}]",
                           guiding_name(o.guiding)),

@@ -12,6 +12,7 @@
 #include "renderer/integrator/stages/light_draws.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/shade_path.h"
+#include "renderer/integrator/stages/trace_shadow.h"
 
 #include <cstdint>
 #include <optional>
@@ -70,6 +71,7 @@ enum class Beside : uint8_t { nothing, light_paths, photons };
 // shared between pixels.
 template <Beside kBeside, bool kReuse>
 struct WaveSink {
+  static constexpr bool kManifolds = false;
   static constexpr bool kBesideLightPaths = kBeside != Beside::nothing;
 
   const PathWave& wave;
@@ -221,30 +223,13 @@ inline void add_light(const PathWave& wave, uint32_t number, const ShadowRecord&
     PathStages::add_light(record, wave.states[record.slot]);
 }
 
-// Traces a shadow ray. True if it reaches its light; thin walls on the way tint it.
-inline bool reaches_light(const DeviceScene& scene, accel::Ray ray, ShadowRecord& record, uint32_t& rays) {
-  ++rays;
-  if (scene.world.probe_is_blocked(ray)) return false;
-  if (!scene.world.has_thin_walls) return true;
-  ray.flags = kHitThinWalls;
-  SurfacePoint scratch;
-  for (uint32_t thin_wall = 0; thin_wall < kMaxTransparentSurfaces; ++thin_wall) {
-    const accel::Hit hit = scene.world.probe_hit(ray);
-    ++rays;
-    if (!hit.is_hit()) return true;
-    const PathStages::ThinWall wall = scene.stages.pass_thin_wall(hit, ray, scratch, record.contribution);
-    if (wall == PathStages::ThinWall::blocks) return false;
-    if (wall == PathStages::ThinWall::last) return true;
-  }
-  return false; // behind too many thin walls
-}
-
 // Traces the shadow rays of a path, if the first one has this number.
 inline void trace_shadow(const PathWave& wave, uint32_t number) {
   const uint32_t count = wave.shadow_records[number].count;
   for (uint32_t i = number; i < number + count; ++i) {
     ShadowRecord record = wave.shadow_records[i].record;
-    const bool visible = reaches_light(*wave.scene, wave.shadow_rays[i], record, wave.rays[record.slot].shadows);
+    const bool visible =
+        reaches_light(wave.scene->stages, wave.shadow_rays[i], record.contribution, wave.rays[record.slot].shadows);
     add_light(wave, i, record, visible);
   }
 }

@@ -38,6 +38,7 @@ struct PhotonSink {
   static constexpr bool kSplits = false;
   static constexpr bool kReuses = false;
   static constexpr bool kBesideLightPaths = false;
+  static constexpr bool kManifolds = false;
 
   std::vector<uint32_t>& active;
   std::vector<accel::Ray>& rays;

@@ -152,6 +152,7 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
       IntegratorSettings one = settings.integrator;
       one.light_paths = 0.0f;
       one.photons = 0.0f;
+      one.manifold_samples = 0;
       one.light_groups = LightGrouping::off;
       change(one, setting);
       const PilotWork work = survey.render(one, setting, run);

@@ -63,6 +63,7 @@ RateChoice choose_sample_rates(const World& world, const Camera& camera, const S
   IntegratorSettings integrator_settings = settings.integrator;
   integrator_settings.light_paths = 0.0f; // they have no part in the noise here
   integrator_settings.photons = 0.0f;
+  integrator_settings.manifold_samples = 0;
   integrator_settings.light_groups = LightGrouping::off;
   AovSet aovs;
   aovs.insert(Aov::variance);

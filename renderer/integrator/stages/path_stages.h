@@ -21,6 +21,7 @@
 
 namespace kindling {
 
+struct ManifoldView;
 struct ReusedPath;
 
 // One path, as the stages see it. All members belong to its slot.
@@ -68,6 +69,7 @@ struct ShadowRecord {
 //   void add_shadow(const accel::Ray&, const ShadowRecord&)       a shadow ray is to be traced
 //   gather_photons()                                              adds the light of photons nearby
 //   kBesideLightPaths                                             false: never with light paths
+//   kManifolds, add_manifold_light()                       false: never with manifold sampling
 //   records(), arrive(), escape(), reflect(), offer_light()       for the training of a guide
 //   kReuses, reused()                   the record of a path that is shared (reuse_paths.h); null:
 //                                       it is not
@@ -338,6 +340,7 @@ struct PathStages {
   const VolumeGuideView* volumes = nullptr;                    // null: scattering in media is not guided
   const LightPathView* light_paths = nullptr;                  // null: none are traced
   const PresampledEnvironmentView* presampled = nullptr;       // null: samples of the environment are drawn
+  const ManifoldView* manifolds = nullptr;                     // null: no manifold sampling
 };
 
 // Returns the key that stochastic transparency hashes for a ray. It differs for every bounce.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/integrator/manifolds/manifold_light.h"
 #include "renderer/integrator/stages/add_lights.h"
 #include "renderer/integrator/stages/path_stages.h"
 #include "renderer/integrator/stages/prepare_path.h"
@@ -89,6 +90,10 @@ template <typename Lights, typename Sink>
       reused->note_second(vertex);
   }
   if (reflects) add_lights(vertex, lights, path, sink, reused);
+  if constexpr (Sink::kManifolds) {
+    if (reflects && manifolds && !sink.records() && samples_light(surface))
+      sink.add_manifold_light(path, manifold_light(*this, vertex, path));
+  }
   // A partly transparent surface emits and reflects in proportion to its coverage; then the path
   // either scatters from it or passes through.
   if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, path)) {

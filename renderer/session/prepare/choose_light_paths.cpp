@@ -36,6 +36,8 @@ std::string why_no_light_paths(const RenderSettings& settings, const Camera& cam
   if (settings.integrator.clamp_indirect < kInfinity)
     return not_with("--clamp-indirect, which hides the noise that a pilot measures");
   if (settings.integrator.photons > 0.0f) return not_with("--photons, which bring the same light");
+  if (settings.integrator.manifold_samples > 0)
+    return not_with("--manifold-samples, which bring some of the same light");
   if (settings.adaptive.enabled())
     return not_with("--noise-threshold, since blocks that stop end their light paths, which reach other blocks, too");
   if (pilot_paths(settings) == 0) return "--light-paths auto: the render is too short for a pilot";
