@@ -30,6 +30,7 @@ struct WaveSetup {
   V2i image_px{0};                       // size
   bool trims_outliers = false;
   bool has_rates = false;             // sample rates
+  bool manifolds = false;             // PathStages::manifolds is set
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
   OutsidePixels outside;              // of the crop: theirs are traced, too
   PixelFilter filter = PixelFilter(); // of the light that they bring

@@ -40,6 +40,7 @@ constexpr uint32_t kFewestSorted = 8192;
 Kernel shading_kernel(const WaveSetup& setup) {
   if (setup.splits()) return Kernel::shade_split;
   if (setup.photons != nullptr) return Kernel::shade_beside_photons;
+  if (setup.manifolds) return Kernel::shade_with_manifolds;
   if (setup.path_reuse > 1) return Kernel::shade_reused;
   return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
 }

@@ -81,6 +81,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
                         stages.to_environment != nullptr ? *stages.to_environment : EnvironmentGuideView{},
                     .caustics = stages.caustics != nullptr ? *stages.caustics : CausticGuideView{},
                     .presampled = stages.presampled != nullptr ? *stages.presampled : PresampledEnvironmentView{},
+                    .manifolds = stages.manifolds != nullptr ? *stages.manifolds : ManifoldView{},
                     .light_paths = input.light_paths != nullptr ? *input.light_paths : LightPathStages{},
                     .stages = stages,
                     .shader = input.shader,
@@ -102,6 +103,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   if (stages.to_environment != nullptr) scene.stages.to_environment = on_device(scene.to_environment);
   if (stages.caustics != nullptr) scene.stages.caustics = on_device(scene.caustics);
   if (stages.presampled != nullptr) scene.stages.presampled = on_device(scene.presampled);
+  if (stages.manifolds != nullptr) scene.stages.manifolds = on_device(scene.manifolds);
 
   assert((input.light_paths != nullptr) == (stages.light_paths != nullptr));
   if (input.light_paths != nullptr) {
@@ -142,6 +144,7 @@ void place(const DeviceSceneInput& input, const PlacedTextures& textures, Arena&
   arena.place_arrays(scene.to_environment);
   arena.place_arrays(scene.caustics);
   arena.place_arrays(scene.presampled);
+  arena.place_arrays(scene.manifolds);
   arena.place_arrays(scene.light_paths);
   arena.place_arrays(scene.shader.lights);
   arena.place_arrays(scene.groups);

@@ -11,6 +11,7 @@
 #include "renderer/guiding/environment_guide.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
+#include "renderer/integrator/manifolds/manifold_view.h"
 #include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/light/light_set_view.h"
 #include "renderer/light/per_light_sampling.h"
@@ -73,6 +74,12 @@ void for_each_array(EnvironmentView& environment, F&& f) {
 template <class F>
 void for_each_array(PresampledEnvironmentView& presampled, F&& f) {
   f(presampled.entries);
+}
+
+template <class F>
+void for_each_array(ManifoldView& manifolds, F&& f) {
+  f(manifolds.targets);
+  f(manifolds.lamps);
 }
 
 template <class F>

@@ -204,10 +204,9 @@ Result<void> check_manifold_samples(const RenderSettings& settings) {
   if (integrator.photons > 0.0f) return not_with("with --photons, which bring some of the same light; use 0");
   if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
-  if (integrator.light_groups != LightGrouping::off || settings.aovs.needs_light_passes())
+  if (integrator.light_groups != LightGrouping::off || settings.aovs.needs_light_passes() ||
+      settings.aovs.needs_lobe_colors())
     return not_with("with light groups or light passes");
-  if (needs_device(settings.device))
-    return not_with("on the device '" + std::string(device_kind_name(settings.device)) + "'; use --device cpu");
   return {};
 }
 

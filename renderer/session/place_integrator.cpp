@@ -7,6 +7,7 @@
 #include "renderer/device/scene_on_device.h"
 #include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "renderer/integrator/manifolds/manifolds.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/photons/photon_source.h"
 #include "renderer/integrator/stages/first_hit.h"
@@ -58,10 +59,12 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
   std::unique_ptr<PhotonSource> photons;
   if (beside != nullptr && settings.integrator.photons > 0.0f)
     photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads, groups);
-  // The scene on the device has a copy. Photons, which keep these stages, read no such table.
+  // The scene on the device has copies. Photons, which keep these stages, read none of them.
   const std::unique_ptr<const PresampledEnvironment> presampled =
       presample_environment(settings.integrator, world.lights, sampler.seed());
   stages.presampled = presampled.get();
+  const std::unique_ptr<const Manifolds> manifolds = make_manifolds(settings.integrator, world);
+  stages.manifolds = manifolds.get();
   const WhittedShader shader = make_whitted_shader(settings.integrator, world, camera, sampler, lights);
   const FirstHitStages first_hit = make_first_hit_stages(settings.integrator, world, camera, sampler);
   auto integrator = std::make_unique<DeviceIntegrator>(
@@ -72,6 +75,7 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                 .light_groups = static_cast<uint32_t>(groups.names.size()),
                 .trims_outliers = settings.outliers == Outliers::trim,
                 .has_rates = settings.sample_rates != SampleRateKind::even,
+                .manifolds = manifolds != nullptr,
                 .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,
                 .outside = beside != nullptr ? beside->outside : OutsidePixels{},
                 .filter = settings.filter},

@@ -12,9 +12,7 @@ namespace {
 
 std::vector<SplitCase> split_cases_of_devices() {
   std::vector<SplitCase> cases = all_split_cases();
-  std::erase_if(cases, [](const SplitCase& what) {
-    return what.accelerator != accel::Kind::kdtree || what.kind == SplitKind::manifolds;
-  });
+  std::erase_if(cases, [](const SplitCase& what) { return what.accelerator != accel::Kind::kdtree; });
   return cases;
 }
 
@@ -38,7 +36,7 @@ TEST_P(SplitLightOnDevices, HasTheBitsOfTheCpu) {
   settings.threads = 2;
   const RenderOutcome found = scene.render(settings);
   expect_same_bits(found.film, expected.film, "the device");
-  EXPECT_EQ(found.film.light_groups().empty(), GetParam().kind == SplitKind::whitted);
+  EXPECT_EQ(found.film.light_groups().empty(), settings.integrator.light_groups == LightGrouping::off);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, SplitLightOnDevices, testing::ValuesIn(split_cases_of_devices()), split_case_name);

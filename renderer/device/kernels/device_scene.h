@@ -7,6 +7,7 @@
 #include "renderer/guiding/bright_patches.h"
 #include "renderer/guiding/light_selection_tree.h"
 #include "renderer/guiding/volume_guide.h"
+#include "renderer/integrator/manifolds/manifold_view.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/integrator/stages/path_stages.h"
@@ -29,6 +30,7 @@ struct DeviceScene {
   EnvironmentGuideView to_environment;
   CausticGuideView caustics;
   PresampledEnvironmentView presampled;
+  ManifoldView manifolds;
   LightPathStages light_paths; // if stages.light_paths is set
   PathStages stages;           // of the path tracer
   WhittedShader shader;        // of the Whitted tracer

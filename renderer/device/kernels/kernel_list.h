@@ -22,6 +22,7 @@ struct RayBatch;
   KERNEL(shade_beside_light_paths, PathWave)                                                                           \
   KERNEL(shade_beside_photons, PathWave)                                                                               \
   KERNEL(shade_reused, PathWave)                                                                                       \
+  KERNEL(shade_with_manifolds, PathWave)                                                                               \
   KERNEL(trace_shadow, PathWave)                                                                                       \
   KERNEL(place_kinds, PathWave)                                                                                        \
   KERNEL(sort_paths, PathWave)                                                                                         \

@@ -64,15 +64,15 @@ inline void sort_paths(const PathWave& wave, uint32_t number) {
   wave.sorted_paths[take_places(wave.kind_places[kind], 1, kind)] = wave.active.paths[number];
 }
 
-// Other paths that find the light of those from the camera.
-enum class Beside : uint8_t { nothing, light_paths, photons };
+// Other ways to find light beside paths from the camera.
+enum class Beside : uint8_t { nothing, light_paths, photons, manifolds };
 
 // Takes the results of the stages of a path. Photons may be beside light paths. `kReuse`: paths are
 // shared between pixels.
 template <Beside kBeside, bool kReuse>
 struct WaveSink {
-  static constexpr bool kManifolds = false;
-  static constexpr bool kBesideLightPaths = kBeside != Beside::nothing;
+  static constexpr bool kManifolds = kBeside == Beside::manifolds;
+  static constexpr bool kBesideLightPaths = kBeside == Beside::light_paths || kBeside == Beside::photons;
 
   const PathWave& wave;
   uint32_t max_shadow_rays = 1; // that this surface adds
@@ -101,6 +101,10 @@ struct WaveSink {
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
     if constexpr (kBeside == Beside::photons)
       path.state.light[kIndirect] += gathered_light(wave.scene->stages, wave.photons, vertex, path, radius2);
+  }
+  void add_manifold_light(const PathInFlight& path, const ManifoldLight& found) {
+    path.state.light[kIndirect] += found.light;
+    wave.rays[path.slot].bounces += found.rays;
   }
   static constexpr bool kSplits = false;
   static constexpr bool kReuses = kReuse;
@@ -200,12 +204,16 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
 
 // Shades the hit of an active path, or what it sees beyond the scene.
 inline void shade(const PathWave& wave, uint32_t number) { shade_path<WaveSink<Beside::nothing, false>>(wave, number); }
-// The same beside light paths, whose weights take more of a GPU, and with photons.
+// The same beside light paths, whose weights take more of a GPU, with photons, and with manifold
+// sampling.
 inline void shade_beside_light_paths(const PathWave& wave, uint32_t number) {
   shade_path<WaveSink<Beside::light_paths, false>>(wave, number);
 }
 inline void shade_beside_photons(const PathWave& wave, uint32_t number) {
   shade_path<WaveSink<Beside::photons, false>>(wave, number);
+}
+inline void shade_with_manifolds(const PathWave& wave, uint32_t number) {
+  shade_path<WaveSink<Beside::manifolds, false>>(wave, number);
 }
 // The same where paths are shared between pixels.
 inline void shade_reused(const PathWave& wave, uint32_t number) {
