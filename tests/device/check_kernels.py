@@ -33,7 +33,7 @@ STACK_BYTES = {
     "kindling_shade_beside_light_paths": 7168,
     "kindling_shade_beside_photons": 7168,
     "kindling_shade_reused": 7168,
-    "kindling_shade_with_manifolds": 14336,
+    "kindling_shade_with_manifolds": 14848,
     "kindling_trace_shadow": 7680,
     "kindling_place_kinds": 128,
     "kindling_sort_paths": 128,

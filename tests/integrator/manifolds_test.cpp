@@ -49,6 +49,12 @@ TEST(Manifolds, LightTheFloorInWater) {
       EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error() + 1e-5 * expected) << samples;
       EXPECT_LT(means.standard_error(), 0.01 * expected);
     }
+    RenderSettings together = one_bounce(V2i(16, 16), 16, 2); // with other ways to divide the work
+    together.integrator.direct_samples = 4;
+    together.sample_rates = SampleRateKind::noise;
+    together.min_rates_gain = 0.0;
+    const Estimate means = estimate_means(*world, camera, together, 16);
+    EXPECT_NEAR(means.mean(), expected, 4.5 * means.standard_error() + 1e-5 * expected);
   }
 }
 
