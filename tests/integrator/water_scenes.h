@@ -7,6 +7,7 @@
 #include "tests/sampling/estimate.h"
 
 #include <cstdint>
+#include <functional>
 #include <utility>
 
 namespace kindling::test {
@@ -57,6 +58,26 @@ inline Estimate estimate_means(const World& world, const Camera& camera, RenderS
     means.add(render_mean(world, camera, settings).luminance);
   }
   return means;
+}
+
+// Expects that light of a sun without a size, which `brings_light` lets a render find on the floor,
+// keeps the limits of bounces.
+inline void expect_bounce_limits(const std::function<void(IntegratorSettings&)>& brings_light) {
+  const auto world = make_world(floor_in_water(0.6f, 3.0f, 0.0f, V3f(0, 5, 0)), accel::Kind::kdtree);
+  const auto light = [&](int max_diffuse, int max_glossy, int max_transmission) {
+    RenderSettings settings = small_render(V2i(8, 8), 4);
+    brings_light(settings.integrator);
+    settings.integrator.max_diffuse_bounces = max_diffuse;
+    settings.integrator.max_glossy_bounces = max_glossy;
+    settings.integrator.max_transmission_bounces = max_transmission;
+    return render_mean(*world, camera_above(settings.size_px), settings).luminance;
+  };
+  const double once = light(1, 0, 2);
+  EXPECT_GT(once, 0.1);
+  EXPECT_EQ(light(0, 0, 2), 0.0);          // the floor is a diffuse bounce
+  EXPECT_EQ(light(1, 0, 0), 0.0);          // the camera's ray does not reach it
+  EXPECT_EQ(light(1, 0, 1), once);         // the last transmission, to the light, needs no further one
+  EXPECT_GT(light(2, 2, 4), once + 0.001); // by the underside of the surface
 }
 
 } // namespace kindling::test
