@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <string_view>
 
 namespace kindling {
 namespace {
@@ -141,6 +142,18 @@ Result<void> check_split_light(const RenderSettings& settings) {
   return {};
 }
 
+// Refuses all but the path tracer with its caustics, without shadow catchers: for the flag of
+// another way to find light.
+Result<void> check_plain_paths(const RenderSettings& settings, std::string_view flag) {
+  const IntegratorSettings& integrator = settings.integrator;
+  const auto not_with = [flag](const std::string& what) { return refuse(std::string(flag) + ": not " + what); };
+  if (integrator.kind != IntegratorKind::path)
+    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
+  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
+  return {};
+}
+
 } // namespace
 
 Result<void> check_sample_rates(const RenderSettings& settings) {
@@ -161,13 +174,10 @@ Result<void> check_light_paths(const RenderSettings& settings, const Camera& cam
   if (!(integrator.light_paths > 0.0f && integrator.light_paths <= 1.0f))
     return refuse("light paths " + std::to_string(integrator.light_paths) + ": a fraction from 0 to 1 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--light-paths: not " + what); };
-  if (integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (Result<void> checked = check_plain_paths(settings, "--light-paths"); !checked) return checked;
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.reflection_samples > 0) return not_with("with --reflection-samples above 0");
-  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
   if (settings.outliers == Outliers::trim) return not_with("with --outliers trim; use keep");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   if (camera.is_orthographic() && camera.has_lens()) return not_with("with a lens of an orthographic camera");
   return {};
 }
@@ -181,12 +191,9 @@ Result<void> check_photons(const RenderSettings& settings) {
   if (!(integrator.photons > 0.0f && integrator.photons <= 1.0f))
     return refuse("photons " + std::to_string(integrator.photons) + ": a fraction from 0 to 1 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--photons: not " + what); };
-  if (integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (Result<void> checked = check_plain_paths(settings, "--photons"); !checked) return checked;
   if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
   if (integrator.reflection_samples > 0) return not_with("with --reflection-samples above 0");
-  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   return {};
 }
 
@@ -198,12 +205,9 @@ Result<void> check_manifold_samples(const RenderSettings& settings) {
     return refuse("manifold samples " + std::to_string(integrator.manifold_samples) + ": 0 to " +
                   std::to_string(kMaxManifoldSamples) + " are needed");
   const auto not_with = [](const std::string& what) { return refuse("--manifold-samples: not " + what); };
-  if (integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (Result<void> checked = check_plain_paths(settings, "--manifold-samples"); !checked) return checked;
   if (integrator.light_paths > 0.0f) return not_with("with --light-paths, which bring some of the same light; use 0");
   if (integrator.photons > 0.0f) return not_with("with --photons, which bring some of the same light; use 0");
-  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   if (integrator.light_groups != LightGrouping::off || settings.aovs.needs_light_passes() ||
       settings.aovs.needs_lobe_colors())
     return not_with("with light groups or light passes");
@@ -219,13 +223,10 @@ Result<void> check_path_reuse(const RenderSettings& settings, const Camera& came
   if (count != 2 && count != 4 && count != 8)
     return refuse("path reuse " + std::to_string(count) + ": 1, 2, 4 or 8 is needed");
   const auto not_with = [](const std::string& what) { return refuse("--path-reuse: not " + what); };
-  if (integrator.kind != IntegratorKind::path)
-    return not_with("with --integrator " + std::string(integrator_name(integrator.kind)) + "; use path");
+  if (Result<void> checked = check_plain_paths(settings, "--path-reuse"); !checked) return checked;
   if (integrator.light_paths > 0.0f || settings.chooses_light_paths) return not_with("with --light-paths; use 0");
   if (integrator.photons > 0.0f) return not_with("with --photons; use 0");
   if (integrator.manifold_samples > 0) return not_with("with --manifold-samples; use 0");
-  if (integrator.caustics != Caustics::full) return not_with("with --caustics off or regularized; use full");
-  if (settings.aovs.contains(Aov::shadow_catcher)) return not_with("with --shadow-catcher");
   if (settings.sample_rates == SampleRateKind::noise) return not_with("with --sample-rates noise; use even");
   if (integrator.max_diffuse_bounces < integrator.max_bounces || integrator.max_glossy_bounces < integrator.max_bounces)
     return not_with("with fewer diffuse or glossy bounces than --max-bounces " +

@@ -15,7 +15,7 @@ namespace kindling {
 namespace {
 
 constexpr uint32_t kManifoldKey = 0x3a91f0c7U; // of the random numbers of walks
-// What is found less often than once in so many batches loses a part of its light.
+// A chain that fewer than one in so many batches finds loses a part of its light.
 constexpr uint32_t kMaxBatches = 256;
 constexpr float kReflectedShare = 0.15f;  // of the walks that begin outside of all media
 constexpr float kTowardsLampShare = 0.6f; // of the others, those that begin close to the direction to the lamp
