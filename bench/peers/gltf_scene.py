@@ -1,8 +1,8 @@
 """Reads glTF as plain triangles, materials and a camera, for renderers that read no glTF.
 
 Static scenes without compression: nodes, meshes of triangles, KHR_lights_punctual, KHR_texture_transform where all
-textures of a material have the same one, KHR_materials_{specular,ior,transmission,volume,emissive_strength}. A file
-that requires more ends with a message.
+textures of a material have the same one, KHR_materials_{specular,ior,transmission,volume,emissive_strength}, and the
+factors of KHR_materials_clearcoat. A file that requires more ends with a message.
 """
 # SPDX-License-Identifier: Apache-2.0
 import base64
@@ -18,7 +18,7 @@ import numpy as np
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 READ = {"KHR_materials_specular", "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume",
-        "KHR_materials_emissive_strength", "KHR_lights_punctual", "KHR_texture_transform"}
+        "KHR_materials_emissive_strength", "KHR_materials_clearcoat", "KHR_lights_punctual", "KHR_texture_transform"}
 
 
 @dataclass
@@ -51,6 +51,9 @@ class Material:
     specular: float = 1.0
     ior: float = 1.5
     transmission: float = 0.0
+    transmission_texture: Path | None = None
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.0
     thickness: float = 0.0  # above 0: the mesh bounds a solid
     attenuation_color: tuple = (1.0, 1.0, 1.0)
     attenuation_distance: float = float("inf")
@@ -227,8 +230,11 @@ class Reader:
         color = base.get("baseColorFactor", [1.0] * 4)
         strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         volume = extensions.get("KHR_materials_volume", {})
+        transmission = extensions.get("KHR_materials_transmission", {})
+        coat = extensions.get("KHR_materials_clearcoat", {})
         normal = entry.get("normalTexture")
-        slots = [base.get("baseColorTexture"), base.get("metallicRoughnessTexture"), normal, entry.get("emissiveTexture")]
+        slots = [base.get("baseColorTexture"), base.get("metallicRoughnessTexture"), normal, entry.get("emissiveTexture"),
+                 transmission.get("transmissionTexture")]
         return Material(
             name=entry.get("name", "material"), base_color=tuple(color[:3]), alpha=color[3],
             alpha_mode=entry.get("alphaMode", "OPAQUE"), alpha_cutoff=entry.get("alphaCutoff", 0.5),
@@ -240,7 +246,9 @@ class Reader:
             emission_texture=self.texture(entry.get("emissiveTexture")), double_sided=entry.get("doubleSided", False),
             specular=extensions.get("KHR_materials_specular", {}).get("specularFactor", 1.0),
             ior=float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5)),
-            transmission=extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0),
+            transmission=transmission.get("transmissionFactor", 0.0),
+            transmission_texture=self.texture(transmission.get("transmissionTexture")),
+            clearcoat=coat.get("clearcoatFactor", 0.0), clearcoat_roughness=coat.get("clearcoatRoughnessFactor", 0.0),
             thickness=volume.get("thicknessFactor", 0.0), attenuation_color=tuple(volume.get("attenuationColor", [1.0] * 3)),
             attenuation_distance=volume.get("attenuationDistance", float("inf")),
             texture_place=self.texture_place(entry.get("name", "material"), slots))

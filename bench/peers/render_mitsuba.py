@@ -24,6 +24,7 @@ import gltf_scene
 
 MIN_ALPHA = 1e-4
 MAX_SMOOTH = 0.01  # roughness of glass that counts as smooth
+MIN_GLASS = 0.99  # share of glass from which on a material is nothing else
 
 
 def rgb(values):
@@ -89,16 +90,39 @@ class Converter:
         return {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(relative), "scale": scale}
 
     def bsdf(self, material):
-        bsdf = self.opaque(material) if material.transmission == 0.0 else self.glass(material)
-        if material.normal_texture is not None:
-            texels = load_texels(material.normal_texture)[..., :3]
-            texels[..., :2] = 0.5 + (texels[..., :2] - 0.5) * material.normal_scale
-            bsdf = {"type": "normalmap", "normalmap": bitmap(texels), "bsdf": bsdf}
-        if material.transmission == 0.0:
-            bsdf = {"type": "twosided", "bsdf": bsdf}
+        weight = self.glass_weight(material)
+        parts = []
+        if np.min(weight) < MIN_GLASS:
+            parts.append({"type": "twosided", "bsdf": self.with_normals(material, self.opaque(material))})
+        if np.max(weight) > 0.0:
+            parts.append(self.with_normals(material, self.glass(material)))
+        bsdf = parts[0]
+        if len(parts) == 2:
+            bsdf = {"type": "blendbsdf", "weight": bitmap(weight) if weight.ndim else float(weight), "opaque": parts[0], "glass": parts[1]}
         opacity = self.opacity(material)
         self.needs_volpath |= opacity is not None
         return {"type": "mask", "opacity": opacity, "bsdf": bsdf} if opacity is not None else bsdf
+
+    @staticmethod
+    def glass_weight(material):
+        """The share of a material that is glass; the rest is opaque. A number, or (height, width, 1)."""
+        weight = np.float32(material.transmission)
+        if weight > 0.0 and material.transmission_texture is not None:
+            weight = weight * load_texels(material.transmission_texture)[..., :1]
+        if np.max(weight) == 0.0 or material.metallic == 0.0:
+            return weight
+        metallic = np.float32(material.metallic)
+        if material.metallic_roughness_texture is not None:
+            metallic = metallic * load_texels(material.metallic_roughness_texture)[..., 2:3]
+        return times(weight, 1.0 - metallic)
+
+    @staticmethod
+    def with_normals(material, bsdf):
+        if material.normal_texture is None:
+            return bsdf
+        texels = load_texels(material.normal_texture)[..., :3]
+        texels[..., :2] = 0.5 + (texels[..., :2] - 0.5) * material.normal_scale
+        return {"type": "normalmap", "normalmap": bitmap(texels), "bsdf": bsdf}
 
     @staticmethod
     def opacity(material):
@@ -119,26 +143,45 @@ class Converter:
         if material.metallic_roughness_texture is not None:
             texels = load_texels(material.metallic_roughness_texture)
             roughness, metallic = bitmap(texels[..., 1:2] * roughness), bitmap(texels[..., 2:3] * metallic)
-        if metallic == 1.0 and not isinstance(roughness, dict):  # a metal alone: its exact model
+        if metallic == 1.0 and not isinstance(roughness, dict) and material.clearcoat == 0.0:  # a metal alone: its exact model
             return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": max(roughness ** 2, MIN_ALPHA),
                     "specular_reflectance": base_color}
         reflectance = material.specular * ((material.ior - 1.0) / (material.ior + 1.0)) ** 2
         return {"type": "principled", "base_color": base_color, "roughness": roughness, "metallic": metallic,
-                "specular": min(reflectance / 0.08, 1.0)}
+                "specular": min(reflectance / 0.08, 1.0)} | coat(material)
 
     @staticmethod
     def glass(material):
-        kind = {"type": "thindielectric"}
-        if material.thickness > 0.0:
-            roughness = np.float32(material.roughness)
-            if material.metallic_roughness_texture is not None:
-                roughness = roughness * load_texels(material.metallic_roughness_texture)[..., 1:2]
+        roughness = np.float32(material.roughness)
+        if material.metallic_roughness_texture is not None:
+            roughness = roughness * load_texels(material.metallic_roughness_texture)[..., 1:2]
+        is_smooth = np.max(roughness) <= MAX_SMOOTH
+        tint = color(material.base_color, material.base_color_texture)
+        if material.thickness == 0.0 and not is_smooth and material.ior > 1.0:
+            return {"type": "principledthin", "base_color": tint, "roughness": bitmap(roughness) if roughness.ndim else float(roughness),
+                    "spec_trans": 1.0, "diff_trans": 0.0, "eta": material.ior}
+        kind = {"type": "thindielectric" if material.thickness == 0.0 else "dielectric"}
+        if material.thickness > 0.0 and not is_smooth:
             alpha = np.maximum(roughness ** 2, MIN_ALPHA)
             kind = {"type": "roughdielectric", "distribution": "ggx", "alpha": bitmap(alpha) if alpha.ndim else float(alpha)}
-            if np.max(roughness) <= MAX_SMOOTH:
-                kind = {"type": "dielectric"}
-        return kind | {"int_ior": material.ior, "ext_ior": 1.0,
-                       "specular_transmittance": color(material.base_color, material.base_color_texture)}
+        return kind | {"int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": tint}
+
+
+def coat(material):
+    """The clear coat of a `principled`, whose alpha is 0.1 to 0.001 by its gloss."""
+    if material.clearcoat == 0.0:
+        return {}
+    return {"clearcoat": material.clearcoat, "clearcoat_gloss": min(max((0.1 - material.clearcoat_roughness ** 2) / 0.099, 0.0), 1.0)}
+
+
+def times(a, b):
+    """The product of two images, or of one and a number; the smaller image is spread over the larger one."""
+    if not (np.ndim(a) and np.ndim(b)):
+        return a * b
+    height, width = max(a.shape[0], b.shape[0]), max(a.shape[1], b.shape[1])
+    rows, columns = np.arange(height), np.arange(width)
+    a, b = (x[rows[:, None] * x.shape[0] // height, columns * x.shape[1] // width] for x in (a, b))
+    return a * b
 
 
 def color(factor, texture):

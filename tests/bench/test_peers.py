@@ -96,6 +96,15 @@ class ReadScene(unittest.TestCase):
         plain = self.read_with().meshes[0]
         self.assertTrue(np.allclose(plain.texcoords, [[0, 0], [1, 0], [0, 1]]))
 
+    def test_coats_and_textures_of_transmission(self):
+        extensions = {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25},
+                      "KHR_materials_transmission": {"transmissionFactor": 0.75, "transmissionTexture": {"index": 0}}}
+        material = self.read_with(materials=[{"extensions": extensions}]).meshes[0].material
+        self.assertEqual((material.clearcoat, material.clearcoat_roughness, material.transmission), (0.5, 0.25, 0.75))
+        self.assertEqual(material.transmission_texture.name, "a.png")
+        plain = self.read_with().meshes[0].material
+        self.assertEqual((plain.clearcoat, plain.transmission, plain.transmission_texture), (0.0, 0.0, None))
+
     def test_textures_that_lie_apart_end_with_a_message(self):
         materials = [{"name": "cloth", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
                       "normalTexture": {"index": 0, "texCoord": 1}}]
