@@ -170,19 +170,4 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
   return measured;
 }
 
-void choose_count(const MeasuredNoise& measured, std::span<const int> counts, const CountCost& cost, double min_gain,
-                  SampleChoice& choice) {
-  const double all = measured.error[0];
-  if (!measured.complete || !(all > 0.0)) return;
-  // all = a + b, error[1] = a + b / last
-  const double falling = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / counts.back()), 0.0, all);
-  for (const int count : counts) {
-    const double product =
-        (all - falling + falling / count) / all * (1.0 + cost.fixed + cost.of_one_more * (count - 1));
-    if (product * min_gain > 1.0 || product >= choice.predicted) continue;
-    choice.predicted = product;
-    choice.count = count;
-  }
-}
-
 } // namespace kindling

@@ -18,38 +18,13 @@ constexpr uint32_t kSamples = 8;
 constexpr int kSide = 2; // of a block, in pixels: many small blocks see more of the image
 constexpr double kTrimmed = 0.01;
 constexpr int kMeasuredReflections = 2;
-// In shadow rays, with their samples, beyond the first one. Fitted to times of path tracing of
-// nineteen scenes.
-constexpr RayCosts kRayCosts{.camera = 0.3, .bounce = 2.0, .shadow = 2.0};
+// A reflection sample costs as much as so many light samples: its shadow ray is alone, and its
+// texels are not in the caches. Fitted to times of path tracing of 22 scenes.
+constexpr double kReflectionCost = 1.5;
 // A probe has this fraction of the paths. It ends the pilot if nothing would be gained although
 // light samples had this much more of the noise than it finds, and reflection samples as much.
 constexpr uint64_t kProbeFraction = 4;
 constexpr double kDoubt = 0.15;
-
-struct Counts {
-  int lights = 1, reflections = 0;
-};
-
-// Noise and cost by these numbers, from the measured settings.
-struct Model {
-  double all = 0.0;                               // with the first setting
-  double of_lights = 0.0, of_reflections = 0.0;   // parts of it that fall
-  double light_cost = 0.0, reflection_cost = 0.0; // of one more, relative to the cost of the first setting
-  Counts first;
-
-  // Error times cost, relative to the first setting.
-  [[nodiscard]] double product(const Counts& n) const {
-    const double error = all - of_lights * (1.0 - 1.0 / n.lights) - of_reflections * (1.0 - 1.0 / (1 + n.reflections));
-    return error / all *
-           (1.0 + light_cost * (n.lights - first.lights) + reflection_cost * (n.reflections - first.reflections));
-  }
-};
-
-// A setting and its predicted product.
-struct Prediction {
-  Counts counts;
-  double product = 1.0;
-};
 
 class DirectSamplePilot {
  public:
@@ -57,22 +32,26 @@ class DirectSamplePilot {
                     const DirectSampleChoices& open, const std::function<bool()>& stopped)
       : world_(world), camera_(camera), settings_(settings), open_(open),
         stopped_(stopped), given_{open.lights ? 1 : settings.integrator.direct_samples,
-                                  open.reflections ? 0 : settings.integrator.reflection_samples} {
+                                  open.reflections ? 0 : settings.integrator.reflection_samples,
+                                  settings.integrator.path_reuse} {
     open_.reflections = open.reflections && world.lights.has_environment;
     measured_counts_.push_back(given_);
-    if (open_.lights) measured_counts_.push_back({kMeasuredDirectSamples, given_.reflections});
-    if (open_.reflections) measured_counts_.push_back({measured_counts_.back().lights, kMeasuredReflections});
+    if (open_.lights) measured_counts_.push_back({kMeasuredDirectSamples, given_.reflections, given_.pixels});
+    if (open_.reflections)
+      measured_counts_.push_back({measured_counts_.back().lights, kMeasuredReflections, given_.pixels});
   }
 
   [[nodiscard]] DirectSampleChoice choose() const {
-    DirectSampleChoice choice{{.count = given_.lights}, given_.reflections};
+    DirectSampleChoice choice{{.count = given_.lights}, given_.reflections, {.first = given_}};
     if (measured_counts_.size() < 2 || (open_.lights && is_hopeless(choice))) return choice;
     const MeasuredNoise measured = measure(measured_counts_.size(), settings_.paths, choice);
     if (!measured.complete || !(measured.error[0] > 0.0)) return choice;
-    const Prediction best = best_of(model_of(measured));
-    choice.count = best.counts.lights;
-    choice.reflections = best.counts.reflections;
-    choice.predicted = best.product;
+    choice.model = model_of(measured);
+    choice.complete = true;
+    const SampleCounts best = best_counts(choice.model, {open_.lights, open_.reflections});
+    choice.count = best.lights;
+    choice.reflections = best.reflections;
+    choice.predicted = choice.model.product(best);
     return choice;
   }
 
@@ -94,63 +73,44 @@ class DirectSamplePilot {
   [[nodiscard]] bool is_hopeless(DirectSampleChoice& choice) const {
     const MeasuredNoise measured = measure(2, settings_.paths / kProbeFraction, choice);
     if (!measured.complete || !(measured.error[0] > 0.0)) return false;
-    Model model = model_of_lights(measured);
-    model.of_lights = std::min(model.of_lights + kDoubt * model.all, model.all);
+    choice.model = model_of_lights(measured);
+    SampleModel hopeful = choice.model;
+    hopeful.of_lights = std::min(hopeful.of_lights + kDoubt, 1.0);
     if (open_.reflections) {
-      model.of_reflections = std::min(kDoubt * model.all, model.all - model.of_lights);
-      model.reflection_cost = model.light_cost;
+      hopeful.of_reflections = std::min(kDoubt, 1.0 - hopeful.of_lights);
+      hopeful.reflection_cost = hopeful.light_cost;
     }
-    return !(best_of(model).product < 1.0);
+    return !(hopeful.product(best_counts(hopeful, {open_.lights, open_.reflections})) < 1.0);
   }
 
+  // Returns the share of the noise of the first setting that falls with a number, of whose samples
+  // `part` of one are removed by the next setting.
   [[nodiscard]] static double falling(const MeasuredNoise& measured, size_t before, double part) {
-    return std::clamp((measured.error[before] - measured.error[before + 1]) / part, 0.0, measured.error[before]);
+    return std::clamp((measured.error[before] - measured.error[before + 1]) / part, 0.0, measured.error[before]) /
+           measured.error[0];
   }
-  // Returns the relative cost of the shadow rays that a setting adds to the one before.
+  // Returns the cost of the shadow rays that a setting adds to the one before, relative to that of
+  // the first.
   [[nodiscard]] static double added_cost(const MeasuredNoise& measured, size_t before) {
-    return std::max(measured.shadow_rays[before + 1] - measured.shadow_rays[before], 0.0) / measured.cost(kRayCosts);
+    return std::max(measured.shadow_rays[before + 1] - measured.shadow_rays[before], 0.0) /
+           measured.cost(kSampleRayCosts);
   }
 
-  [[nodiscard]] Model model_of_lights(const MeasuredNoise& measured) const {
-    Model model{.all = measured.error[0], .first = given_};
+  [[nodiscard]] SampleModel model_of_lights(const MeasuredNoise& measured) const {
+    SampleModel model{.first = given_};
     model.of_lights = falling(measured, 0, 1.0 - 1.0 / kMeasuredDirectSamples);
     model.light_cost = added_cost(measured, 0) / (kMeasuredDirectSamples - 1);
     return model;
   }
 
-  [[nodiscard]] Model model_of(const MeasuredNoise& measured) const {
-    Model model = open_.lights ? model_of_lights(measured) : Model{.all = measured.error[0], .first = given_};
+  [[nodiscard]] SampleModel model_of(const MeasuredNoise& measured) const {
+    SampleModel model = open_.lights ? model_of_lights(measured) : SampleModel{.first = given_};
     if (open_.reflections) {
       const size_t before = measured_counts_.size() - 2;
       model.of_reflections = falling(measured, before, 1.0 - 1.0 / (1 + kMeasuredReflections));
-      model.reflection_cost = added_cost(measured, before) / kMeasuredReflections;
+      model.reflection_cost = kReflectionCost * added_cost(measured, before) / kMeasuredReflections;
     }
     return model;
-  }
-
-  // Returns the best numbers, or those given if they gain too little.
-  [[nodiscard]] Prediction best_of(const Model& model) const {
-    Prediction best{given_, 1.0};
-    double max_product = 1.0 / kMinDirectSampleGain;
-    int min_lights = given_.lights, max_lights = open_.lights ? kMeasuredDirectSamples : given_.lights;
-    const auto choose_lights = [&](int reflections) {
-      for (int lights = min_lights; lights <= max_lights; ++lights) {
-        const double product = model.product({lights, reflections});
-        if (product <= max_product && product < best.product) best = {{lights, reflections}, product};
-      }
-    };
-    choose_lights(given_.reflections);
-    max_product = std::min(max_product, best.product / kMinReflectionSampleGain);
-    if (open_.reflections)
-      for (const int reflections : {1, 2, kMaxReflectionSamples}) choose_lights(reflections);
-    if (!open_.lights) return best;
-    min_lights = kMeasuredDirectSamples + 1;
-    max_lights = kMaxChosenDirectSamples;
-    max_product = std::min(max_product, best.product / kMinUnmeasuredGain);
-    choose_lights(given_.reflections);
-    if (open_.reflections)
-      for (const int reflections : {1, 2, kMaxReflectionSamples}) choose_lights(reflections);
-    return best;
   }
 
   const World& world_;
@@ -158,8 +118,8 @@ class DirectSamplePilot {
   const SamplePilotSettings& settings_;
   DirectSampleChoices open_;
   const std::function<bool()>& stopped_;
-  Counts given_;
-  std::vector<Counts> measured_counts_;
+  SampleCounts given_;
+  std::vector<SampleCounts> measured_counts_;
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/pilots/block_noise.h"
+#include "renderer/integrator/pilots/sample_model.h"
 
 namespace kindling {
 
@@ -13,25 +14,16 @@ struct DirectSampleChoices {
 
 struct DirectSampleChoice : SampleChoice { // `count`: of light samples
   int reflections = 0;                     // IntegratorSettings::reflection_samples
+  SampleModel model;                       // of the numbers that were measured
+  bool complete = false;                   // the model is of the whole pilot, not of its probe
 };
 
 // Renders blocks all over the image with one light sample at the first surface, with
-// kMeasuredDirectSamples, and with two reflection samples as well (block_noise.h). The noise with
-// n light samples and r reflection samples is then a + b / n + s / (1 + r), as the path itself
-// takes one direction; the cost is c + d n + e r. The numbers with the smallest product are chosen
-// if it is kMinDirectSampleGain times less than with one light sample and, where there are
-// reflection samples, kMinReflectionSampleGain times less than without them. More light samples
-// than were measured gain less than that says; they are chosen if the product is kMinUnmeasuredGain
-// times less than with fewer. A probe ends the pilot
-// early where neither can gain. Once `stopped` returns true, the choice is 1 and 0.
+// kMeasuredDirectSamples, and with two reflection samples as well (block_noise.h), and chooses the
+// best numbers by the model that follows (sample_model.h). A probe ends the pilot early where
+// neither can gain. Once `stopped` returns true, the choice is 1 and 0.
 [[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
                                                        const SamplePilotSettings& settings, DirectSampleChoices open,
                                                        const std::function<bool()>& stopped);
-
-inline constexpr int kMeasuredDirectSamples = 8;
-inline constexpr int kMaxChosenDirectSamples = 16;
-inline constexpr double kMinDirectSampleGain = 1.1;
-inline constexpr double kMinReflectionSampleGain = 1.03; // beyond that of light samples
-inline constexpr double kMinUnmeasuredGain = 1.1;        // of more than kMeasuredDirectSamples over no more
 
 } // namespace kindling

@@ -4,31 +4,42 @@
 
 #include "renderer/film/film.h"
 
-#include <array>
+#include <algorithm>
 
 namespace kindling {
 namespace {
 
-constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 4};
-// Fitted to user times of eight scenes: the cost of a link, in rays, and that of the records,
-// relative to the cost without.
-constexpr double kLinkCost = 0.5;
-constexpr double kRecordCost = 0.07;
-constexpr RayCosts kReuseRayCosts{.camera = 0.75, .bounce = 1.0, .shadow = 1.0};
+constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 8};
+// Fitted to times of path tracing of fifteen scenes: the cost of a link, in light samples, and that
+// of the records, relative to the cost without.
+constexpr double kLinkCost = 1.5;
+constexpr double kRecordCost = 0.12;
 
 } // namespace
 
-SampleChoice choose_path_reuse(const World& world, const Camera& camera, const SamplePilotSettings& settings,
-                               const std::function<bool()>& stopped) {
-  SampleChoice choice;
+PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, const SamplePilotSettings& settings,
+                                  SampleModel model, OpenCounts open, const std::function<bool()>& stopped) {
+  PathReuseChoice choice;
+  const SampleCounts without{settings.integrator.direct_samples, settings.integrator.reflection_samples, 1};
+  choice.counts = without;
+  constexpr int kPixels = static_cast<int>(kMaxPathReuse);
   const auto change = [](IntegratorSettings& integrator, size_t setting) {
-    integrator.path_reuse = setting == 0 ? 1 : static_cast<int>(kMaxPathReuse);
+    integrator.path_reuse = setting == 0 ? 1 : kPixels;
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice);
-  constexpr std::array kCounts{2, 4, static_cast<int>(kMaxPathReuse)};
-  const CountCost cost{kRecordCost,
-                       kLinkCost * measured.more_shadow_rays() / (kCounts.back() - 1) / measured.cost(kReuseRayCosts)};
-  choose_count(measured, kCounts, cost, kMinPathReuseGain, choice);
+  const double all = measured.error[0];
+  if (!measured.complete || !(all > 0.0)) return choice;
+  const double falling = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kPixels), 0.0, all);
+  model.of_sharing = falling / all * model.error(without);
+  model.sharing_cost = kRecordCost * model.cost(without);
+  model.pixel_cost =
+      kLinkCost * measured.more_shadow_rays() / (kPixels - 1) / measured.cost(kSampleRayCosts) * model.cost(without);
+  open.pixels = true;
+  const SampleCounts best = best_counts(model, open);
+  if (best.pixels == 1) return choice;
+  choice.count = best.pixels;
+  choice.counts = best;
+  choice.predicted = model.product(best) / model.product(without);
   return choice;
 }
 

@@ -3,15 +3,21 @@
 #pragma once
 
 #include "renderer/integrator/pilots/block_noise.h"
+#include "renderer/integrator/pilots/sample_model.h"
 
 namespace kindling {
 
-// Renders blocks all over the image without path reuse and with groups of the largest size
-// (block_noise.h). The noise with groups of n is then a + b / n; the best n is chosen if it divides
-// noise times cost by kMinPathReuseGain. Once `stopped` returns true, the choice is 1.
-[[nodiscard]] SampleChoice choose_path_reuse(const World& world, const Camera& camera,
-                                             const SamplePilotSettings& settings, const std::function<bool()>& stopped);
+struct PathReuseChoice : SampleChoice { // `count`: of pixels
+  SampleCounts counts;                  // with the samples that are best beside so many pixels
+};
 
-inline constexpr double kMinPathReuseGain = 1.1;
+// Renders blocks all over the image without path reuse and with groups of the largest size, at the
+// light samples and reflection samples of settings.integrator (block_noise.h). Adds to `model`, in
+// which these are possible numbers, and chooses the best numbers of all that are open
+// (sample_model.h). Once `stopped` returns true, the choice is 1, and the samples are those of the
+// settings.
+[[nodiscard]] PathReuseChoice choose_path_reuse(const World& world, const Camera& camera,
+                                                const SamplePilotSettings& settings, SampleModel model, OpenCounts open,
+                                                const std::function<bool()>& stopped);
 
 } // namespace kindling

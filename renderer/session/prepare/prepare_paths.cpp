@@ -47,37 +47,82 @@ uint64_t rate_pilot_paths(const RenderSettings& settings) {
   return std::clamp(pixels * settings.planned() / kSamplesPerPath, kMinPaths, kMaxPaths);
 }
 
-// Chooses light samples and reflection samples for the whole image, as a guide is trained for it:
-// crop, samples, threads and device do not change them.
-DirectSampleChoice prepare_direct_samples(const World& world, const Camera& camera, RenderSettings& settings,
-                                          const Guide* guide, const std::function<bool()>& stopped) {
-  IntegratorSettings& integrator = settings.integrator;
-  DirectSampleChoice choice{{.count = integrator.direct_samples}, integrator.reflection_samples};
-  const DirectSampleChoices open{std::exchange(settings.chooses_direct_samples, false),
-                                 std::exchange(settings.chooses_reflection_samples, false)};
-  if ((open.lights || open.reflections) && integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f &&
-      integrator.photons == 0.0f && !world.lights.empty()) {
-    SamplePilotSettings pilot = pilot_of(settings, guide);
-    pilot.paths *= 2; // three settings
-    choice = choose_direct_samples(world, camera, pilot, open, stopped);
+// Chooses light samples, reflection samples and path reuse for the whole image, as a guide is
+// trained for it: crop, samples, threads and device do not change them.
+class SamplePilots {
+ public:
+  SamplePilots(const World& world, const Camera& camera, RenderSettings& settings, const Guide* guide,
+               const std::function<bool()>& stopped)
+      : world_(world), camera_(camera), settings_(settings), guide_(guide),
+        stopped_(stopped), open_{std::exchange(settings.chooses_direct_samples, false),
+                                 std::exchange(settings.chooses_reflection_samples, false),
+                                 std::exchange(settings.chooses_path_reuse, false)} {
+    const IntegratorSettings& integrator = settings.integrator;
+    const bool lit = integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f &&
+                     integrator.photons == 0.0f && !world.lights.empty();
+    open_.lights &= lit;
+    open_.reflections &= lit;
+    open_.pixels = open_.pixels && lit && integrator.max_bounces > 0 && allows_path_reuse();
   }
-  integrator.direct_samples = choice.count;
-  integrator.reflection_samples = choice.reflections;
-  return choice;
-}
 
-// The same for path reuse.
-SampleChoice prepare_path_reuse(const World& world, const Camera& camera, RenderSettings& settings, const Guide* guide,
-                                const std::function<bool()>& stopped) {
-  SampleChoice choice{.count = settings.integrator.path_reuse};
-  if (!std::exchange(settings.chooses_path_reuse, false)) return choice;
-  RenderSettings reusing = settings;
-  reusing.integrator.path_reuse = static_cast<int>(kMaxPathReuse);
-  if (check_path_reuse(reusing, camera).ok() && settings.integrator.max_bounces > 0 && !world.lights.empty())
-    choice = choose_path_reuse(world, camera, pilot_of(settings, guide), stopped);
-  settings.integrator.path_reuse = choice.count;
-  return choice;
-}
+  // Path reuse is tried beside the best samples without it, as it gains more where these have
+  // removed the noise of direct light. If a probe has found that more of them gain nothing, they
+  // are chosen again beside it.
+  void choose(PreparedPaths& prepared) {
+    IntegratorSettings& integrator = settings_.integrator;
+    prepared.path_reuse.count = integrator.path_reuse;
+    prepared.direct_samples.count = integrator.direct_samples;
+    prepared.direct_samples.reflections = integrator.reflection_samples;
+    choose_samples(prepared.direct_samples);
+    if (!open_.pixels) return;
+    const DirectSampleChoice& before = prepared.direct_samples;
+    SampleModel model = before.model;
+    if (before.paths == 0) model.first = {integrator.direct_samples, integrator.reflection_samples};
+    const OpenCounts open{open_.lights && before.complete, open_.reflections && before.complete, true};
+    SamplePilotSettings pilot = pilot_of(settings_, guide_);
+    pilot.paths *= 2; // in blocks that are large, so that there are few
+    const PathReuseChoice choice = choose_path_reuse(world_, camera_, pilot, model, open, stopped_);
+    prepared.path_reuse = choice;
+    integrator.path_reuse = choice.count;
+    if (choice.count == 1) return;
+    if (!before.complete) return choose_samples(prepared.direct_samples);
+    take(choice.counts, prepared.direct_samples);
+    prepared.direct_samples.predicted = model.product({choice.counts.lights, choice.counts.reflections});
+  }
+
+ private:
+  [[nodiscard]] bool allows_path_reuse() const {
+    RenderSettings reusing = settings_;
+    reusing.integrator.path_reuse = static_cast<int>(kMaxPathReuse);
+    return check_path_reuse(reusing, camera_).ok();
+  }
+
+  // Adds the cost of an earlier pilot of the choice.
+  void choose_samples(DirectSampleChoice& choice) {
+    if (!open_.lights && !open_.reflections) return;
+    SamplePilotSettings pilot = pilot_of(settings_, guide_);
+    pilot.paths *= 2; // three settings
+    const DirectSampleChoice before = std::exchange(
+        choice, choose_direct_samples(world_, camera_, pilot, {open_.lights, open_.reflections}, stopped_));
+    choice.paths += before.paths;
+    choice.rays.add(before.rays);
+    choice.pilot_s += before.pilot_s;
+    choice.busy_s += before.busy_s;
+    take({choice.count, choice.reflections}, choice);
+  }
+
+  void take(const SampleCounts& counts, DirectSampleChoice& choice) {
+    choice.count = settings_.integrator.direct_samples = counts.lights;
+    choice.reflections = settings_.integrator.reflection_samples = counts.reflections;
+  }
+
+  const World& world_;
+  const Camera& camera_;
+  RenderSettings& settings_;
+  const Guide* guide_;
+  const std::function<bool()>& stopped_;
+  OpenCounts open_;
+};
 
 // Chooses sample rates once the other choices are made.
 RateChoice prepare_sample_rates(const World& world, const Camera& camera, RenderSettings& settings, const Guide* guide,
@@ -117,8 +162,7 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
       prepared.trained.busy_s += before.busy_s;
     }
   }
-  prepared.path_reuse = prepare_path_reuse(world, camera, settings, prepared.trained.guide.get(), stopped);
-  prepared.direct_samples = prepare_direct_samples(world, camera, settings, prepared.trained.guide.get(), stopped);
+  SamplePilots(world, camera, settings, prepared.trained.guide.get(), stopped).choose(prepared);
   prepared.sample_rates = prepare_sample_rates(world, camera, settings, prepared.trained.guide.get(), stopped);
   return prepared;
 }

@@ -1,0 +1,44 @@
+// Predicts noise and cost by the numbers of samples that pilots choose.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace kindling {
+
+// Light samples and reflection samples at a path's first surface, and pixels that share their
+// paths.
+struct SampleCounts {
+  int lights = 1, reflections = 0, pixels = 1;
+};
+
+// The numbers that may be chosen.
+struct OpenCounts {
+  bool lights = false, reflections = false, pixels = false;
+};
+
+// Noise is a + b / lights + s / (1 + reflections) + i / pixels, as a path takes one direction
+// itself; the cost rises by the same for each one more. All is relative to the first setting.
+struct SampleModel {
+  SampleCounts first;
+  double of_lights = 0.0, of_reflections = 0.0, of_sharing = 0.0; // b, s and i
+  double light_cost = 0.0, reflection_cost = 0.0;                 // of one more
+  double sharing_cost = 0.0, pixel_cost = 0.0;                    // of any sharing, and of one more pixel
+
+  [[nodiscard]] double error(const SampleCounts& counts) const;
+  [[nodiscard]] double cost(const SampleCounts& counts) const;
+  [[nodiscard]] double product(const SampleCounts& counts) const { return error(counts) * cost(counts); }
+};
+
+// Returns the numbers with the smallest error times cost. Numbers that cost more must gain: those
+// of light samples kMinDirectSampleGain over the first setting, reflection samples
+// kMinReflectionSampleGain over none, more light samples than were measured kMinUnmeasuredGain over
+// no more, as they gain less than the model says, and sharing kMinPathReuseGain over none.
+[[nodiscard]] SampleCounts best_counts(const SampleModel& model, const OpenCounts& open);
+
+inline constexpr int kMeasuredDirectSamples = 8;
+inline constexpr int kMaxChosenDirectSamples = 16;
+inline constexpr double kMinDirectSampleGain = 1.05;
+inline constexpr double kMinReflectionSampleGain = 1.03;
+inline constexpr double kMinUnmeasuredGain = 1.1;
+inline constexpr double kMinPathReuseGain = 1.1;
+
+} // namespace kindling
