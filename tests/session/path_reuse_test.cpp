@@ -126,6 +126,23 @@ TEST(PathReuse, IsChosenForIndirectLight) {
   expect_same_when_given(*world, kNumberOfPixels, outcome);
 }
 
+// The light samples are those that are best beside it.
+TEST(PathReuse, IsChosenTogetherWithLightSamples) {
+  const auto world = indirect_world();
+  RenderSettings settings = long_reuse_to_choose();
+  settings.chooses_direct_samples = settings.chooses_reflection_samples = true;
+  const RenderOutcome outcome = render_open(*world, settings);
+  const RenderStatistics& statistics = outcome.statistics;
+  EXPECT_GE(statistics.path_reuse.count, 4);
+  EXPECT_LT(statistics.path_reuse.predicted, 1.0 / kMinPathReuseGain);
+  EXPECT_GT(statistics.direct_samples.paths, 0U);
+  RenderSettings given = long_render(5);
+  given.integrator.path_reuse = statistics.path_reuse.count;
+  given.integrator.direct_samples = statistics.direct_samples.count;
+  given.integrator.reflection_samples = statistics.direct_samples.reflections;
+  expect_same_bits(outcome.film, render_open(*world, given).film, "the chosen numbers");
+}
+
 // Dark surfaces reflect hardly any light to each other.
 TEST(PathReuse, IsNotChosenForDirectLight) {
   const auto world = make_world(
