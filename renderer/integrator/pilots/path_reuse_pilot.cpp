@@ -26,7 +26,7 @@ PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, cons
   const auto change = [](IntegratorSettings& integrator, size_t setting) {
     integrator.path_reuse = setting == 0 ? 1 : kPixels;
   };
-  const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice);
+  const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice.sharing);
   const double all = measured.error[0];
   if (!measured.complete || !(all > 0.0)) return choice;
   const double falling = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kPixels), 0.0, all);
@@ -37,9 +37,9 @@ PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, cons
   open.pixels = true;
   const SampleCounts best = best_counts(model, open);
   if (best.pixels == 1) return choice;
-  choice.count = best.pixels;
+  choice.sharing.count = best.pixels;
   choice.counts = best;
-  choice.predicted = model.product(best) / model.product(without);
+  choice.sharing.predicted = model.product(best) / model.product(without);
   return choice;
 }
 

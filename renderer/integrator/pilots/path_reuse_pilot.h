@@ -7,8 +7,9 @@
 
 namespace kindling {
 
-struct PathReuseChoice : SampleChoice { // `count`: of pixels
-  SampleCounts counts;                  // with the samples that are best beside so many pixels
+struct PathReuseChoice {
+  SampleChoice sharing; // `count`: of pixels
+  SampleCounts counts;  // with the samples that are best beside so many pixels
 };
 
 // Renders blocks all over the image without path reuse and with groups of the largest size, at the

@@ -82,9 +82,9 @@ class SamplePilots {
     SamplePilotSettings pilot = pilot_of(settings_, guide_);
     pilot.paths *= 2; // in blocks that are large, so that there are few
     const PathReuseChoice choice = choose_path_reuse(world_, camera_, pilot, model, open, stopped_);
-    prepared.path_reuse = choice;
-    integrator.path_reuse = choice.count;
-    if (choice.count == 1) return;
+    prepared.path_reuse = choice.sharing;
+    integrator.path_reuse = choice.counts.pixels;
+    if (choice.counts.pixels == 1) return;
     if (!before.complete) return choose_samples(prepared.direct_samples);
     take(choice.counts, prepared.direct_samples);
     prepared.direct_samples.predicted = model.product({choice.counts.lights, choice.counts.reflections});
