@@ -57,7 +57,7 @@ TEST(SampleModel, MoreLightSamplesThanWereMeasuredMustGainMore) {
   EXPECT_EQ(best_counts(model, {.lights = true}).lights, kMeasuredDirectSamples);
 }
 
-// Sharing takes a tenth of the noise away beside one light sample, and a third beside eight.
+// Sharing takes a tenth of the noise away beside one light sample, and two fifths beside eight.
 TEST(SampleModel, SharingPaysBesideLightSamples) {
   SampleModel model{.of_lights = 0.85, .of_sharing = 0.12, .light_cost = 0.02, .sharing_cost = 0.1};
   EXPECT_EQ(best_counts(model, {.pixels = true}).pixels, 1);

@@ -6,7 +6,6 @@
 #include "renderer/film/film.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 namespace kindling {
@@ -29,12 +28,13 @@ constexpr double kDoubt = 0.15;
 class DirectSamplePilot {
  public:
   DirectSamplePilot(const World& world, const Camera& camera, const SamplePilotSettings& settings,
-                    const DirectSampleChoices& open, const std::function<bool()>& stopped)
+                    const OpenCounts& open, const std::function<bool()>& stopped)
       : world_(world), camera_(camera), settings_(settings), open_(open),
         stopped_(stopped), given_{open.lights ? 1 : settings.integrator.direct_samples,
                                   open.reflections ? 0 : settings.integrator.reflection_samples,
                                   settings.integrator.path_reuse} {
     open_.reflections = open.reflections && world.lights.has_environment;
+    open_.pixels = false;
     measured_counts_.push_back(given_);
     if (open_.lights) measured_counts_.push_back({kMeasuredDirectSamples, given_.reflections, given_.pixels});
     if (open_.reflections)
@@ -48,7 +48,7 @@ class DirectSamplePilot {
     if (!measured.complete || !(measured.error[0] > 0.0)) return choice;
     choice.model = model_of(measured);
     choice.complete = true;
-    const SampleCounts best = best_counts(choice.model, {open_.lights, open_.reflections});
+    const SampleCounts best = best_counts(choice.model, open_);
     choice.count = best.lights;
     choice.reflections = best.reflections;
     choice.predicted = choice.model.product(best);
@@ -80,11 +80,11 @@ class DirectSamplePilot {
       hopeful.of_reflections = std::min(kDoubt, 1.0 - hopeful.of_lights);
       hopeful.reflection_cost = hopeful.light_cost;
     }
-    return !(hopeful.product(best_counts(hopeful, {open_.lights, open_.reflections})) < 1.0);
+    return !(hopeful.product(best_counts(hopeful, open_)) < 1.0);
   }
 
-  // Returns the share of the noise of the first setting that falls with a number, of whose samples
-  // `part` of one are removed by the next setting.
+  // Returns the share of the first setting's noise that falls with a number. The setting after
+  // `before` removes `part` of that share.
   [[nodiscard]] static double falling(const MeasuredNoise& measured, size_t before, double part) {
     return std::clamp((measured.error[before] - measured.error[before + 1]) / part, 0.0, measured.error[before]) /
            measured.error[0];
@@ -116,7 +116,7 @@ class DirectSamplePilot {
   const World& world_;
   const Camera& camera_;
   const SamplePilotSettings& settings_;
-  DirectSampleChoices open_;
+  OpenCounts open_;
   const std::function<bool()>& stopped_;
   SampleCounts given_;
   std::vector<SampleCounts> measured_counts_;
@@ -125,7 +125,7 @@ class DirectSamplePilot {
 } // namespace
 
 DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera, const SamplePilotSettings& settings,
-                                         DirectSampleChoices open, const std::function<bool()>& stopped) {
+                                         OpenCounts open, const std::function<bool()>& stopped) {
   return DirectSamplePilot(world, camera, settings, open, stopped).choose();
 }
 

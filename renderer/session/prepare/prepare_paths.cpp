@@ -102,8 +102,8 @@ class SamplePilots {
     if (!open_.lights && !open_.reflections) return;
     SamplePilotSettings pilot = pilot_of(settings_, guide_);
     pilot.paths *= 2; // three settings
-    const DirectSampleChoice before = std::exchange(
-        choice, choose_direct_samples(world_, camera_, pilot, {open_.lights, open_.reflections}, stopped_));
+    const DirectSampleChoice before =
+        std::exchange(choice, choose_direct_samples(world_, camera_, pilot, open_, stopped_));
     choice.paths += before.paths;
     choice.rays.add(before.rays);
     choice.pilot_s += before.pilot_s;
