@@ -16,8 +16,8 @@ struct DirectSampleChoice : SampleChoice { // `count`: of light samples
 // Renders blocks all over the image with one light sample at the first surface, with
 // kMeasuredDirectSamples, and with two reflection samples as well (block_noise.h), and chooses the
 // best numbers by the model that follows (sample_model.h). A probe ends the pilot early where
-// neither can gain. Numbers that are not `open` are those of settings.integrator, and pixels always
-// are. Once `stopped` returns true, the choice is 1 and 0.
+// neither can gain. settings.integrator has the numbers that are not `open`, and always that of
+// pixels. Once `stopped` returns true, the choice is 1 and 0.
 [[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
                                                        const SamplePilotSettings& settings, OpenCounts open,
                                                        const std::function<bool()>& stopped);
