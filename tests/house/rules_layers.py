@@ -8,7 +8,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 
-from house_sources import without_comments_and_literals
+from house_sources import files, without_comments_and_literals
 
 LAYERS = Path(__file__).resolve().parent / "layers.toml"
 SOURCE_SUFFIXES = (".h", ".cpp")
@@ -92,7 +92,7 @@ def check_printing(root, layers):
 
 
 def check_files(root, layers):
-    """Each source opens with a comment and carries the license line; a header has #pragma once."""
+    """Each source opens with a comment and carries the license line; a header has #pragma once; a script may be executed if its first line is #!."""
     for path, text in sources(root, layers):
         if not text.startswith("//"):
             yield f"{path}: the first line is no comment; open with a sentence about the file"
@@ -100,6 +100,12 @@ def check_files(root, layers):
             yield f"{path}: no line '// SPDX-License-Identifier: Apache-2.0'"
         if path.endswith(".h") and "#pragma once" not in text:
             yield f"{path}: no #pragma once"
+    for path, text in files(root, ("python", "script")):
+        executable = (root / path).stat().st_mode & 0o100 != 0
+        if text.startswith("#!") and not executable:
+            yield f"{path}: begins with #! but may not be executed; chmod +x, or delete the line"
+        elif executable and not text.startswith("#!"):
+            yield f"{path}: may be executed but does not begin with #!; chmod -x, or name its interpreter"
 
 
 def anchors(text):

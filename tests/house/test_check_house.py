@@ -99,6 +99,14 @@ class CheckHouse(unittest.TestCase):
         self.write("renderer/film/bad.h", "int x;\n")
         self.assertEqual(len(self.findings("files")), 3)
 
+    def test_scripts_are_executable_if_they_name_an_interpreter(self):
+        self.write("bench/race.py", "#!/usr/bin/env python3\n")
+        self.expect_one("files", "bench/race.py", "chmod +x")
+        (self.root / "bench/race.py").chmod(0o755)
+        self.assertEqual(self.findings("files"), [])
+        self.write("bench/race.py", "import sys\n")
+        self.expect_one("files", "bench/race.py", "does not begin with #!")
+
     def test_missing_readme_and_dead_link(self):
         (self.root / "renderer/film/README.md").unlink()
         found = self.findings("readmes")
