@@ -3,8 +3,10 @@
 
     bench/denoise.py FOLDER --spp 4,16,64 --size 640x360 --reference-spp 2048
     bench/denoise.py scenes/interior.glb --spp 16 --flicker 4
+    bench/denoise.py FOLDER --spp 16 --seeds 3 --setting alone="--path-reuse 1" --setting shared="--path-reuse 8"
 
-Each scene is rendered once for each number of samples; `kindling denoise` filters the same image by each quality.
+Each scene is rendered with each seed for each --setting (flags of `kindling render`) and number of samples; `kindling denoise` filters
+the same image by each quality. Figures are means over the seeds, times medians.
 relMSE is the squared error relative to the squared radiance of the reference (bench/pixels.py); FLIP is the mean of
 LDR-FLIP of the images through the sRGB curve (bench/flip.py), 0 for equal images. --flicker renders as many images that
 differ in their seed alone, as frames of a scene in which nothing moves, and prints the mean standard deviation of a pixel
@@ -13,6 +15,7 @@ differ in their seed alone, as frames of a scene in which nothing moves, and pri
 # SPDX-License-Identifier: Apache-2.0
 import argparse
 import json
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -27,6 +30,7 @@ import numpy as np
 import flip
 import pixels
 import renderers
+from settings import Setting, check_names, parse_setting
 
 REFERENCE_SEED = 1_000_003  # not among the measured seeds
 QUALITIES = ("fast", "best")
@@ -44,6 +48,9 @@ def parse_arguments(arguments=None):
     parser.add_argument("--reference-spp", type=int, metavar="N", help="render the references here (else those of scenes.json)")
     parser.add_argument("--guides", choices=GUIDES, default="followed",
                         help="albedo and normal of what mirrors and clear glass show, or of the first surfaces (followed)")
+    parser.add_argument("--setting", action="append", default=[], metavar="NAME=FLAGS", type=parse_setting,
+                        help="flags of `kindling render` (kindling=)")
+    parser.add_argument("--seeds", type=int, default=1, help="renders by each (1)")
     parser.add_argument("--flicker", type=int, default=0, metavar="FRAMES", help="also measure flicker, with this many frames (0)")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep images there; references that are there are used again")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures there")
@@ -51,6 +58,10 @@ def parse_arguments(arguments=None):
     options = parser.parse_args(arguments)
     if options.flicker == 1:
         parser.error("--flicker: one frame cannot flicker; use 2 or more")
+    if options.seeds < 1:
+        parser.error("--seeds: at least 1")
+    options.setting = options.setting or [Setting("kindling", [])]
+    check_names(parser, options.setting)
     return options
 
 
@@ -88,23 +99,45 @@ def main():
 
 
 def measure(job, kindling, options, folder):
-    """The figures of one scene: a row for each number of samples and treatment."""
+    """The figures of one scene: a row for each number of samples, setting and treatment. Seeds are the outermost loop, so that
+    disturbances of the machine affect all settings."""
     reference = read(reference_of(job, kindling, options, folder))
-    rows = []
-    for spp in options.spp:
-        run = renderers.run_kindling(kindling, job, spp, 1, folder / f"{job.name}.{spp}", ["--aov", GUIDES[options.guides]])
-        images = {"noisy": (run.image, 0.0)}
-        for quality in QUALITIES:
-            images[quality] = denoise(kindling, run.image, quality, options.threads)
-        for name, (image, filter_s) in images.items():
-            shown = read(image)
-            rows.append({"spp": spp, "treatment": name, "relmse": rel_mse(shown, reference),
-                         "flip": float(flip.flip(srgb(reference), srgb(shown)).mean()),
-                         "render_s": run.path_tracing_s, "filter_s": filter_s})
-        if options.flicker:
-            for row, value in zip(rows[-3:], flicker(job, kindling, spp, options, folder)):
+    rows = {}
+    for seed in range(1, options.seeds + 1):
+        for spp in options.spp:
+            for setting in options.setting:
+                for row in measure_once(job, kindling, options, folder, reference, spp, setting, seed):
+                    rows.setdefault((spp, setting.name, row["treatment"]), []).append(row)
+    rows = [means(group) for group in rows.values()]
+    if options.flicker:
+        for i in range(0, len(rows), 3):
+            setting = next(setting for setting in options.setting if setting.name == rows[i]["setting"])
+            for row, value in zip(rows[i:i + 3], flicker(job, kindling, rows[i]["spp"], setting, options, folder)):
                 row["flicker"] = value
     return {"name": job.name, "size_px": list(job.size_px), "rows": rows}
+
+
+def measure_once(job, kindling, options, folder, reference, spp, setting, seed):
+    """The rows of one render: noisy, and filtered by each quality."""
+    run = render(job, kindling, spp, setting, seed, options, folder)
+    images = {"noisy": (run.image, 0.0)}
+    for quality in QUALITIES:
+        images[quality] = denoise(kindling, run.image, quality, options.threads)
+    for treatment, (image, filter_s) in images.items():
+        shown = read(image)
+        yield {"spp": spp, "setting": setting.name, "treatment": treatment, "relmse": rel_mse(shown, reference),
+               "flip": float(flip.flip(srgb(reference), srgb(shown)).mean()), "render_s": run.path_tracing_s, "filter_s": filter_s}
+
+
+def render(job, kindling, spp, setting, seed, options, folder):
+    stem = folder / f"{job.name}.{spp}.{setting.name}.{seed}"
+    return renderers.run_kindling(kindling, job, spp, seed, stem, ["--aov", GUIDES[options.guides], *setting.flags])
+
+
+def means(rows):
+    """One row for those of several seeds: means of errors, medians of times."""
+    return rows[0] | {key: statistics.fmean(row[key] for row in rows) for key in ("relmse", "flip")} | {
+        key: statistics.median(row[key] for row in rows) for key in ("render_s", "filter_s")}
 
 
 def reference_of(job, kindling, options, folder):
@@ -134,11 +167,11 @@ def seconds_of(report):
     return float(number) * {"ms": 1e-3, "s": 1.0, "min": 60.0}[unit]
 
 
-def flicker(job, kindling, spp, options, folder):
+def flicker(job, kindling, spp, setting, options, folder):
     """The mean standard deviation of a pixel over frames that differ in their seed, for each treatment."""
     frames = {name: [] for name in ("noisy", *QUALITIES)}
-    for seed in range(2, 2 + options.flicker):
-        image = renderers.run_kindling(kindling, job, spp, seed, folder / f"{job.name}.{spp}.{seed}", ["--aov", GUIDES[options.guides]]).image
+    for seed in range(options.seeds + 1, options.seeds + 1 + options.flicker):
+        image = render(job, kindling, spp, setting, seed, options, folder).image
         frames["noisy"].append(srgb(read(image)))
         for quality in QUALITIES:
             frames[quality].append(srgb(read(denoise(kindling, image, quality, options.threads)[0])))
@@ -163,15 +196,16 @@ def srgb(linear):
 
 
 def table_of(scenes):
-    """Markdown: a line for each scene and number of samples."""
+    """Markdown: a line for each scene, number of samples and setting; settings are named if there are several."""
     flickers = any("flicker" in row for scene in scenes for row in scene["rows"])
-    lines = ["| scene | samples | relMSE noisy | fast | best | FLIP noisy | fast | best | render s | fast s | best s |" +
+    names = len({row["setting"] for scene in scenes for row in scene["rows"]}) > 1
+    lines = ["| scene | samples |" + (" setting |" if names else "") + " relMSE noisy | fast | best | FLIP noisy | fast | best | render s | fast s | best s |" +
              (" flicker noisy | fast | best |" if flickers else ""),
-             "|---|" + "---|" * (13 if flickers else 10)]
+             "|---|" + "---|" * (10 + 3 * flickers + names)]
     for scene in scenes:
         for i in range(0, len(scene["rows"]), 3):
             noisy, fast, best = rows = scene["rows"][i:i + 3]
-            cells = [scene["name"], str(noisy["spp"])]
+            cells = [scene["name"], str(noisy["spp"])] + ([noisy["setting"]] if names else [])
             cells += [f"{row['relmse']:.4f}" for row in rows] + [f"{row['flip']:.3f}" for row in rows]
             cells += [f"{noisy['render_s']:.1f}", f"{fast['filter_s']:.2f}", f"{best['filter_s']:.2f}"]
             if flickers:

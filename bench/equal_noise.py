@@ -23,7 +23,7 @@ import shlex
 import statistics
 import sys
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import equal_noise_page
@@ -32,16 +32,11 @@ import plots
 import renderers
 from peers import install as peer_packages
 from peers import run as peers
+from settings import Setting, check_names, parse_setting
 
 REFERENCE_TOLERANCE = 0.005  # largest relative difference of a channel's mean that --check-reference accepts
 REFERENCE_SEED = 1_000_003  # for references that are rendered here; not among the measured seeds
 CYCLES = "cycles"
-
-
-@dataclass
-class Setting:
-    name: str
-    flags: list  # of `kindling render`; unused for Cycles
 
 
 def parse_arguments(arguments=None):
@@ -86,9 +81,7 @@ def parse_arguments(arguments=None):
     if options.cycles and CYCLES in options.peers:
         parser.error("--cycles and --peers cycles: give one of them")
     options.setting = options.setting or [Setting("kindling", [])]
-    names = [setting.name for setting in options.setting]
-    if len(set(names)) < len(names):
-        parser.error(f"--setting: two are called {next(name for name in names if names.count(name) > 1)}")
+    check_names(parser, options.setting)
     return options
 
 
@@ -100,13 +93,6 @@ def check_denoise(parser, options):
     for flag in ("setting", "cycles", "peers", "check_reference", "html"):
         if getattr(options, flag):
             parser.error(f"--{flag.replace('_', '-')}: has no meaning with --denoise, a race of Kindling and Cycles from PyPI")
-
-
-def parse_setting(text):
-    match = re.fullmatch(r"([A-Za-z0-9_.+-]+)=(.*)", text, re.S)
-    if not match or match[1] in peer_packages.PACKAGES:
-        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=FLAGS, with a NAME of letters, digits and _ . + - that is no other renderer")
-    return Setting(match[1], shlex.split(match[2]))
 
 
 def parse_peers(text):

@@ -40,7 +40,7 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(denoise.seconds_of(report + "45 ms\n"), 0.045)
 
     def test_table_has_a_line_for_each_count(self):
-        rows = [{"spp": 4, "treatment": t, "relmse": 0.5, "flip": 0.25, "render_s": 1.0, "filter_s": 0.5}
+        rows = [{"spp": 4, "setting": "kindling", "treatment": t, "relmse": 0.5, "flip": 0.25, "render_s": 1.0, "filter_s": 0.5}
                 for t in ("noisy", "fast", "best")]
         table = denoise.table_of([{"name": "a", "size_px": [8, 8], "rows": rows + [dict(r, spp=16) for r in rows]}])
         lines = table.splitlines()
@@ -48,10 +48,25 @@ class Figures(unittest.TestCase):
         self.assertEqual({line.count("|") for line in lines}, {12})
         self.assertTrue(lines[2].startswith("| a | 4 | 0.5000 |"))
         self.assertNotIn("flicker", table)
+        self.assertNotIn("setting", table)
+
+    def test_table_names_settings_if_there_are_several(self):
+        rows = [{"spp": 4, "setting": s, "treatment": t, "relmse": 0.5, "flip": 0.25, "render_s": 1.0, "filter_s": 0.5, "flicker": 2.0}
+                for s in ("alone", "shared") for t in ("noisy", "fast", "best")]
+        lines = denoise.table_of([{"name": "a", "size_px": [8, 8], "rows": rows}]).splitlines()
+        self.assertEqual(len(lines), 4)
+        self.assertEqual({line.count("|") for line in lines}, {16})
+        self.assertTrue(lines[3].startswith("| a | 4 | shared | 0.5000 |"))
+
+    def test_means_of_seeds(self):
+        rows = [{"spp": 4, "setting": "a", "treatment": "best", "relmse": r, "flip": 2 * r, "render_s": s, "filter_s": s} for r, s in ((1, 5), (3, 6), (5, 100))]
+        self.assertEqual(denoise.means(rows), {"spp": 4, "setting": "a", "treatment": "best", "relmse": 3, "flip": 6, "render_s": 6, "filter_s": 6})
 
     def test_arguments(self):
         self.assertEqual(denoise.parse_arguments(["a.glb"]).spp, [4, 16, 64])
-        for wrong in (["a.glb", "--spp", "0"], ["a.glb", "--flicker", "1"], []):
+        self.assertEqual(denoise.parse_arguments(["a.glb", "--setting", "x=--guiding off"]).setting[0].flags, ["--guiding", "off"])
+        for wrong in (["a.glb", "--spp", "0"], ["a.glb", "--flicker", "1"], ["a.glb", "--seeds", "0"], [],
+                      ["a.glb", "--setting", "x=", "--setting", "x=--guiding off"]):
             with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()):
                 denoise.parse_arguments(wrong)
 

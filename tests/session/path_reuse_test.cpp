@@ -174,6 +174,25 @@ TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {
   });
 }
 
+// Pixels of a group have similar noise, which denoisers take for texture while samples are few.
+TEST(PathReuse, IsNotChosenForFewSamplesThatAreDenoised) {
+  constexpr V2i kSize(160, 120);
+  const auto world = indirect_world();
+  const auto count = [&](uint32_t planned, bool denoised, bool limited) {
+    RenderSettings settings = small_render(kSize, 1);
+    settings.chooses_path_reuse = true;
+    settings.planned_samples = planned;
+    if (denoised) settings.aovs.insert(Aov::denoising_albedo);
+    if (limited) settings.time_limit_s = 1000.0;
+    return render_open(*world, settings).statistics.path_reuse.count;
+  };
+  EXPECT_GT(count(63, false, false), 1);
+  EXPECT_EQ(count(63, true, false), 1);
+  EXPECT_GT(count(64, true, false), 1);
+  EXPECT_GT(count(64, false, true), 1);
+  EXPECT_EQ(count(64, true, true), 1) << "the limit may leave few samples";
+}
+
 TEST(PathReuse, IsTheSameForThreadsPartsCropsAndDevices) {
   expect_same_choice_everywhere(*indirect_world(), kNumberOfPixels);
 }

@@ -47,6 +47,15 @@ uint64_t rate_pilot_paths(const RenderSettings& settings) {
   return std::clamp(pixels * settings.planned() / kSamplesPerPath, kMinPaths, kMaxPaths);
 }
 
+// Returns whether pixels that share paths help an image that this render makes. With few samples
+// the noise of pixels of one group is alike, and a denoiser takes it for texture. A time limit may
+// end the render with few samples.
+bool suits_path_reuse(const RenderSettings& settings) {
+  constexpr uint32_t kMinDenoisedSamples = 64; // four groups of each pixel (reuse_pattern())
+  const bool denoised = settings.aovs.contains(Aov::denoising_albedo);
+  return !denoised || (settings.planned() >= kMinDenoisedSamples && !settings.time_limit_s);
+}
+
 // Chooses light samples, reflection samples and path reuse for the whole image, as a guide is
 // trained for it: crop, samples, threads and device do not change them.
 class SamplePilots {
@@ -62,7 +71,8 @@ class SamplePilots {
                      integrator.photons == 0.0f && !world.lights.empty();
     open_.lights &= lit;
     open_.reflections &= lit;
-    open_.pixels = open_.pixels && lit && integrator.max_bounces > 0 && allows_path_reuse();
+    open_.pixels =
+        open_.pixels && lit && integrator.max_bounces > 0 && suits_path_reuse(settings) && allows_path_reuse();
   }
 
   // Path reuse is tried beside the best samples without it, as it gains more where these have
