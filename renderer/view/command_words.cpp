@@ -90,6 +90,7 @@ const std::vector<std::string>& written_flags() {
                                               "--planned-spp",
                                               "--seed",
                                               "--guiding",
+                                              "--path-reuse",
                                               "--aov",
                                               "--denoise",
                                               "--view",
@@ -115,6 +116,7 @@ std::vector<std::string> command_words(const LinearFrame& frame, const ViewState
   words.add("--planned-spp", image.planned_spp);
   if (image.seed != 0) words.add("--seed", fmt::format("{}", image.seed));
   if (image.guiding != Guiding::automatic) words.add("--guiding", std::string(guiding_name(image.guiding)));
+  if (!image.chooses_path_reuse) words.add("--path-reuse", fmt::format("{}", image.integrator.path_reuse));
   std::string aovs;
   for (const AovInfo& info : kAovs)
     if (image.aovs.contains(info.aov)) aovs += (aovs.empty() ? "" : ",") + std::string(info.name);

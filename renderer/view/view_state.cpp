@@ -241,6 +241,7 @@ ImageSettings image_settings(const ViewState& state, const ViewOptions& options)
   if (state.guiding && image.guiding == Guiding::off) image.guiding = Guiding::automatic;
   if (state.shown != Aov::beauty && state.shown != Aov::alpha) image.aovs.insert(state.shown);
   image.denoising = state.denoise ? Denoising::fast : Denoising::off;
+  if (state.denoise) image.chooses_path_reuse = false; // images of the first samples are denoised, too
   return image;
 }
 

@@ -95,10 +95,22 @@ TEST(CommandWords, DefaultsAreLeftOut) {
   const std::vector<std::string> words = command_words(frame_of(some_image()), {}, "a.glb", {});
   for (const char* flag :
        {"--orbit", "--orthographic", "--turn", "--target", "--fov", "--time", "--camera", "--seed", "--guiding",
-        "--studio", "--backfaces", "--aov", "--view", "--exposure", "--f-stop", "--denoise"})
+        "--studio", "--backfaces", "--aov", "--view", "--exposure", "--f-stop", "--denoise", "--path-reuse"})
     EXPECT_EQ(std::find(words.begin(), words.end(), flag), words.end()) << flag;
   EXPECT_EQ(words.back(), "a-37spp.png");
   (void)options_of(words);
+}
+
+TEST(CommandWords, PathReuseIsWrittenUnlessItIsChosen) {
+  ImageSettings image = some_image();
+  EXPECT_TRUE(options_of(command_words(frame_of(image), {}, "a.glb", {})).chooses_path_reuse);
+  image.chooses_path_reuse = false;
+  for (const int pixels : {1, 4}) {
+    image.integrator.path_reuse = pixels;
+    const app::RenderOptions read = options_of(command_words(frame_of(image), {}, "a.glb", {}));
+    EXPECT_FALSE(read.chooses_path_reuse);
+    EXPECT_EQ(read.integrator.path_reuse, pixels);
+  }
 }
 
 TEST(CommandWords, APinholeIsWrittenOnce) {

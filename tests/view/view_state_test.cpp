@@ -121,6 +121,19 @@ TEST(ViewState, FocusNeedsALens) {
   EXPECT_FALSE(image_settings(state_after(R"({"f_stop":0})", lens), {}).lens.focus_distance_m);
 }
 
+// The first samples are denoised, too, where pixels that share their paths have stains.
+TEST(ViewState, DenoisedImagesShareNoPaths) {
+  const ViewState noisy = state_after(R"({"size":[64,48]})");
+  const ViewState denoised = state_after(R"({"denoise":true})", noisy);
+  EXPECT_TRUE(image_settings(noisy, {}).chooses_path_reuse);
+  EXPECT_FALSE(image_settings(denoised, {}).chooses_path_reuse);
+  EXPECT_EQ(image_settings(denoised, {}).integrator.path_reuse, 1);
+  ViewOptions options;
+  options.image.chooses_path_reuse = false;
+  options.image.integrator.path_reuse = 4;
+  EXPECT_EQ(image_settings(denoised, options).integrator.path_reuse, 4) << "as was asked for";
+}
+
 TEST(ViewState, MovingImagesFitTheirTime) {
   const ViewState state = state_after(R"({"size":[640,360],"denoise":true})");
   for (const double paths : {1.0, 3600.0, 57600.0, 230400.0, 1e6, 1e9}) {
