@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Renders the material gallery, scenes/gallery/, with the name of each sphere below it.
 
-    bench/gallery_images.py [-o scenes/images] [--only ior,sheen] [--spp 256] [--kindling PATH] [--sheet sheet.png]
+    bench/gallery_images.py [-o scenes/images] [--only ior,sheen] [--spp 128] [--kindling PATH] [--sheet sheet.png]
+
+Images are denoised, so Open Image Denoise must be installed (cmake/get_oidn.sh).
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -26,7 +28,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=renderers.ROOT / "scenes" / "images", help="folder (scenes/images)")
     parser.add_argument("--only", type=lambda text: text.split(","), help="names of scenes, without .glb")
-    parser.add_argument("--spp", type=int, default=256, help="samples per pixel (256)")
+    parser.add_argument("--spp", type=int, default=128, help="samples per pixel (128)")
     parser.add_argument("--scale", type=float, default=1.0, help="factor of the images' size (1)")
     parser.add_argument("--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--flag", action="append", default=[], help="handed to every render")
@@ -45,7 +47,7 @@ def main():
             raw, output = Path(folder) / f"{scene.stem}.png", arguments.output / f"gallery_{scene.stem}.webp"
             started = time.perf_counter()
             subprocess.run([kindling, "render", scene, "-o", raw, "--size", f"{width}x{height}", "--spp", str(arguments.spp),
-                            "--light-paths", "0.25", "-q", *arguments.flag],
+                            "--light-paths", "0.25", "--denoise", "best", "-q", *arguments.flag],
                            check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             if row:
                 name_spheres(scene, raw, width, height)
