@@ -72,7 +72,7 @@ Result<void> ViewSession::change(std::string_view json) {
     if (Result<void> applied = apply_json(json, changed); !applied.ok()) return applied;
     const ViewChange change = compare(state_, changed);
     if (change == ViewChange::none) return {};
-    // Denoising needs other data of the samples.
+    // Denoising needs other data of the samples, and pixels that share no paths.
     const bool renders = change >= ViewChange::image || changed.denoise != state_.denoise;
     state_ = changed;
     if (!renders) {

@@ -57,7 +57,7 @@ struct ViewState {
   std::string display_view;
   double exposure_stops = 0.0;
   bool false_color = false; // of the luminance
-  bool denoise = false;     // the display only
+  bool denoise = false;     // then pixels share no paths, either
 
   bool operator==(const ViewState&) const = default;
 };

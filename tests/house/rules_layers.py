@@ -92,7 +92,7 @@ def check_printing(root, layers):
 
 
 def check_files(root, layers):
-    """Each source opens with a comment and carries the license line; a header has #pragma once; a script may be executed if its first line is #!."""
+    """Each source opens with a comment and carries the license line; a header has #pragma once; scripts are executable if they begin with #!, no others."""
     for path, text in sources(root, layers):
         if not text.startswith("//"):
             yield f"{path}: the first line is no comment; open with a sentence about the file"

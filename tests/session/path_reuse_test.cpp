@@ -174,7 +174,8 @@ TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {
   });
 }
 
-// Pixels of a group have similar noise, which denoisers take for texture while samples are few.
+// Pixels of a group have nearly the same noise. While samples are few, denoisers take it for
+// texture.
 TEST(PathReuse, IsNotChosenForFewSamplesThatAreDenoised) {
   constexpr V2i kSize(160, 120);
   const auto world = indirect_world();

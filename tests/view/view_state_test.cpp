@@ -121,7 +121,7 @@ TEST(ViewState, FocusNeedsALens) {
   EXPECT_FALSE(image_settings(state_after(R"({"f_stop":0})", lens), {}).lens.focus_distance_m);
 }
 
-// The first samples are denoised, too, where pixels that share their paths have stains.
+// Images of the first samples are denoised, too. Pixels that share paths would have stains then.
 TEST(ViewState, DenoisedImagesShareNoPaths) {
   const ViewState noisy = state_after(R"({"size":[64,48]})");
   const ViewState denoised = state_after(R"({"denoise":true})", noisy);

@@ -47,9 +47,9 @@ uint64_t rate_pilot_paths(const RenderSettings& settings) {
   return std::clamp(pixels * settings.planned() / kSamplesPerPath, kMinPaths, kMaxPaths);
 }
 
-// Returns whether pixels that share paths help an image that this render makes. With few samples
-// the noise of pixels of one group is alike, and a denoiser takes it for texture. A time limit may
-// end the render with few samples.
+// Returns whether the pixels of this image may share paths. With few samples the pixels of a group
+// have nearly the same noise, which a denoiser takes for texture. A time limit may end the render
+// with few samples.
 bool suits_path_reuse(const RenderSettings& settings) {
   constexpr uint32_t kMinDenoisedSamples = 64; // four groups of each pixel (reuse_pattern())
   const bool denoised = settings.aovs.contains(Aov::denoising_albedo);
