@@ -177,10 +177,10 @@ TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {
 // Pixels of a group have nearly the same noise. While samples are few, denoisers take it for
 // texture.
 TEST(PathReuse, IsNotChosenForFewSamplesThatAreDenoised) {
-  constexpr V2i kSize(160, 120);
+  const V2i size(160, 120);
   const auto world = indirect_world();
   const auto count = [&](uint32_t planned, bool denoised, bool limited) {
-    RenderSettings settings = small_render(kSize, 1);
+    RenderSettings settings = small_render(size, 1);
     settings.chooses_path_reuse = true;
     settings.planned_samples = planned;
     if (denoised) settings.aovs.insert(Aov::denoising_albedo);
