@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Renders scenarios of a folder of glTF models and compares them with other renderers.
 
-    bench/fidelity.py FOLDER [-o fidelity.html] [--only PATTERN] [--spp 64] [--size 512]
+    bench/fidelity.py FOLDER [-o fidelity.html] [--only PATTERN] [--spp 16] [--size 512]
     bench/fidelity.py FOLDER --compare fidelity.old.json     # exit code 1 if a scenario has moved away from its goldens
 
 Writes one page that needs nothing else, sorted by difference, and all figures beside it as JSON. What a folder holds:
-fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_difference.py. bench/see README.md to read them.
+fidelity_scenarios.py; the figures: fidelity_images.py, flip.py, color_difference.py. How to read them: README.md.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -49,7 +49,8 @@ def main():
             images[record["name"]] = shown
             print(line(record), flush=True)
     records.sort(key=order)
-    result = {"settings": {"folder": arguments.folder.name, "spp": arguments.spp, "width": arguments.size, "flags": arguments.flag},
+    result = {"settings": {"folder": arguments.folder.name, "spp": arguments.spp, "width": arguments.size, "oversample": arguments.oversample,
+                           "flags": arguments.flag},
               "scenarios": records}
     arguments.output.write_text(fidelity_page.page(result, images), encoding="utf-8")
     figures = arguments.output.with_suffix(".json")
@@ -64,8 +65,10 @@ def parse_arguments():
     parser.add_argument("-o", "--output", type=Path, default=Path("fidelity.html"), help="page; figures go beside it (fidelity.html)")
     parser.add_argument("--scenarios", type=Path, metavar="FILE.json", help="list of scenarios (render-fidelity.json of the folder)")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="scenarios or models with this in their name; with *, ?: a whole name")
-    parser.add_argument("--spp", type=int, default=64, help="samples per pixel (64)")
+    parser.add_argument("--spp", type=int, default=16, help="samples per pixel (16)")
     parser.add_argument("--size", type=int, default=512, metavar="WIDTH", help="of images, pixels; goldens are resized to it (512)")
+    parser.add_argument("--oversample", type=int, default=3, metavar="N", help="render N times as wide and scale the tone-mapped image down, "
+                        "as goldens were made (3)")
     parser.add_argument("--renderer", "--kindling", type=Path, metavar="PATH", help="the program (build/release/kindling)")
     parser.add_argument("--env", type=Path, help="environment for models without a scenario (lightroom_14b.hdr, else the first)")
     parser.add_argument("--jobs", type=int, default=1, help="scenarios at once (1)")
@@ -76,6 +79,8 @@ def parse_arguments():
     parser.add_argument("--compare", type=Path, metavar="OLD.json", help="figures of an earlier run; exit code 1 if any grew by more than "
                         f"{WORSE_BY}")
     arguments = parser.parse_args()
+    if arguments.oversample < 1:
+        parser.error("--oversample: at least 1")
     arguments.jobs = max(arguments.jobs, 1)
     arguments.threads = arguments.threads or max((os.cpu_count() or 1) // arguments.jobs, 1)
     if arguments.images:
@@ -87,12 +92,14 @@ def run(kindling, scenario, arguments, image):
     """Renders and compares one scenario: (its record, its images). A render that fails is a record without figures."""
     width, height = arguments.size, max(round(arguments.size / scenario.aspect), 1)
     started = time.perf_counter()
-    messages = render(kindling, scenario, arguments, (width, height), image)
+    messages = render(kindling, scenario, arguments, (width * arguments.oversample, height * arguments.oversample), image)
     record = {"name": scenario.name, "model": scenario.model, "file": scenario.file.name, "aspect": width / height,
               "seconds": time.perf_counter() - started, "failed": not image.is_file(), "messages": messages, "goldens": {}}
     images = {"goldens": {}}
     if image.is_file():
         ours = fidelity_images.tone_mapped(fidelity_images.read(image))
+        if arguments.oversample > 1:
+            ours = fidelity_images.resized(ours, (width, height))
         image.unlink()
         alpha = None if scenario.skybox else ours.alpha
         images["ours"] = fidelity_images.encode(ours.rgb, alpha)

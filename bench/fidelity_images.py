@@ -70,6 +70,18 @@ def tone_mapped(image):
     return Image(color_difference.aces_8bit(image.rgb), image.alpha)
 
 
+def resized(image, size_px):
+    """An image of bytes, scaled to (width, height) as it is shown: encoded values are averaged. Needs oiiotool."""
+    alpha = np.repeat((image.alpha * 255.0).round()[..., None], 3, axis=-1).astype(np.uint8)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "large.png"
+        scaled = []
+        for channels in (image.rgb, alpha):  # apart: OpenImageIO would multiply colors by alpha
+            path.write_bytes(png(channels))
+            scaled.append(np.clip(read(path, size_px).rgb, 0.0, 1.0))
+    return Image((scaled[0] * 255.0).round().astype(np.uint8), scaled[1][..., 0])
+
+
 def compare(ours, golden, whole):
     """Figures and the map of differences. ours: bytes; golden: encoded values in [0, 1]. Only pixels that both have opaque
     count (whole: all of them); elsewhere ours becomes the golden before FLIP looks, so that no edge arises there.

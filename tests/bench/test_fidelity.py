@@ -126,6 +126,16 @@ class Compare(unittest.TestCase):
         np.testing.assert_allclose(figures["ratio"], 1.1, rtol=0.03)
 
 
+    def test_scaling_averages_encoded_values(self):
+        """Stripes of black and 200 become a gray of 100, not the brighter one of their mean radiance; colors are not multiplied by alpha."""
+        stripes = np.zeros((32, 32, 3), np.uint8)
+        stripes[:, ::2] = 200
+        small = fidelity_images.resized(fidelity_images.Image(stripes, np.full((32, 32), 0.5)), (16, 8))
+        self.assertEqual((small.rgb.shape, small.rgb.dtype, small.alpha.shape), ((8, 16, 3), np.uint8, (8, 16)))
+        self.assertAlmostEqual(float(small.rgb[2:-2, 4:-4].mean()), 100.0, delta=1.0)
+        np.testing.assert_allclose(small.alpha[2:-2, 4:-4], 0.5, atol=1 / 255)
+
+
 class Scenarios(unittest.TestCase):
     def test_defaults(self):
         flags, aspect = fidelity_scenarios.scenario_flags({"name": "n", "model": "m"}, {"lightroom_14b.hdr": Path("l.hdr")}, None)
@@ -203,7 +213,8 @@ class WholeRuns(unittest.TestCase):
     @classmethod
     def run_program(cls, *words):
         """(exit code, output, figures)."""
-        arguments = [cls.folder, "-o", cls.folder / "page.html", "--spp", "4", "--size", "64", "--renderer", PROGRAM, "--threads", "1", *words]
+        arguments = [cls.folder, "-o", cls.folder / "page.html", "--spp", "4", "--size", "64", "--oversample", "1", "--renderer", PROGRAM,
+                     "--threads", "1", *words]
         sys.argv, arguments_before, output = ["fidelity.py", *map(str, arguments)], sys.argv, io.StringIO()
         try:
             with contextlib.redirect_stdout(output):
@@ -236,6 +247,15 @@ class WholeRuns(unittest.TestCase):
         old.write_text(json.dumps(result))
         code, output, _ = self.run_program("--only", "Lit", "--compare", old)
         self.assertEqual((code, "worse: own-Lit: -0.100 -> 0.000" in output), (1, True))
+
+    def test_oversampled_images_have_the_size_of_goldens(self):
+        _, _, plain = self.run_program("--only", "own-Lit")
+        _, _, result = self.run_program("--only", "own-Lit", "--oversample", "2", "--images", self.folder / "small")
+        (whole,), (small,) = plain["scenarios"], result["scenarios"]
+        self.assertEqual(result["settings"]["oversample"], 2)
+        self.assertEqual(fidelity_images.read(self.folder / "small" / "own-Lit.png").rgb.shape, (32, 64, 3))
+        self.assertLess(small["goldens"]["vray"]["flip"], small["goldens"]["filament"]["flip"])
+        self.assertGreater(small["goldens"]["vray"]["pixels"], 0.5 * whole["goldens"]["vray"]["pixels"])  # edges are blurred
 
     def test_wrong_name(self):
         with self.assertRaisesRegex(SystemExit, "no scenario or model of that name"):
