@@ -125,7 +125,6 @@ class Compare(unittest.TestCase):
         figures, _ = fidelity_images.compare(fidelity_images.Image(ours, opaque), fidelity_images.Image(golden / 255.0, opaque), False)
         np.testing.assert_allclose(figures["ratio"], 1.1, rtol=0.03)
 
-
     def test_scaling_averages_encoded_values(self):
         """Stripes of black and 200 become a gray of 100, not the brighter one of their mean radiance; colors are not multiplied by alpha."""
         stripes = np.zeros((32, 32, 3), np.uint8)
