@@ -36,7 +36,7 @@ DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f
     : wo_(lifted_above_horizon(wo)), alpha_x_(saturate(parameters.alpha_x)), alpha_y_(saturate(parameters.alpha_y)),
       eta_(valid_eta(parameters.eta, parameters.thin_walled)), thin_walled_(parameters.thin_walled),
       fresnel_(eta_, saturate(parameters.specular), bounded_color(parameters.specular_color)),
-      tint_(saturate(parameters.tint)) {
+      tint_(saturate(parameters.tint)), reflection_odds_(std::max(parameters.reflection_odds, 1.0f)) {
   if (parameters.iridescence > 0.0f && parameters.film_thickness_nm > 0.0f) {
     iridescence_ = saturate(parameters.iridescence);
     film_.emplace(1.0f, parameters.film_ior, fresnel_(dielectric_f0(eta_)), parameters.film_thickness_nm);
@@ -190,6 +190,10 @@ Real DielectricLobe::reflection_probability(const SplitOf<Real>& split) const {
   return select(transmitted <= 1e-6f * sum, Real(1.0f), share);
 }
 
+float DielectricLobe::smooth_probability(const Split& split) const {
+  return favored(reflection_probability(split), reflection_odds_);
+}
+
 template <typename Real>
 Real DielectricLobe::distribution(const Real& x2, const Real& y2, const Real& z2) const {
   const Real q = x2 / (alpha_x_ * alpha_x_) + y2 / (alpha_y_ * alpha_y_) + z2;
@@ -278,7 +282,7 @@ V3f DielectricLobe::sample_visible_normal(const V2f& u) const {
 std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
   const float cos_t = refracted_cosine(wo_.z, eta_);
   const Split here = split(wo_.z, cos_t);
-  const float probability = reflection_probability(here);
+  const float probability = smooth_probability(here);
   if (u_lobe < probability)
     return BsdfSample{{-wo_.x, -wo_.y, wo_.z}, here.reflected * (1.0f / probability), 0.0f, Lobe::glossy};
   if (!(luminance(here.transmitted) > 0.0f)) return std::nullopt;
@@ -287,7 +291,8 @@ std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
 }
 
 float DielectricLobe::reflection_probability(const V2f& u) const {
-  const float cos_o = smooth_ ? wo_.z : std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
+  if (smooth_) return smooth_probability(split(wo_.z, refracted_cosine(wo_.z, eta_)));
+  const float cos_o = std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
   return reflection_probability(split(cos_o, refracted_cosine(cos_o, eta_)));
 }
 

@@ -27,6 +27,8 @@ struct DielectricParameters {
   float iridescence = 0.0f; // [0, 1] (KHR_materials_iridescence): weight of the thin film in the Fresnel term
   float film_ior = 1.3f;
   float film_thickness_nm = 400.0f; // 0: no film
+
+  float reflection_odds = 1.0f; // as LayerParameters: of sample() at a smooth volume
 };
 
 // Follows the conventions of GltfBsdf, except that wi.z < 0 is the other side. F is the exact
@@ -99,6 +101,7 @@ class DielectricLobe {
   [[nodiscard]] SplitOf<Real> split(const Real& cos_o, const Real& cos_t) const;
   template <typename Real>
   [[nodiscard]] Real reflection_probability(const SplitOf<Real>& split) const;
+  [[nodiscard]] float smooth_probability(const Split& split) const; // the same of sample_smooth()
   [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
   template <typename Real>
   [[nodiscard]] Real distribution(const Real& x2, const Real& y2, const Real& z2) const;
@@ -142,6 +145,7 @@ class DielectricLobe {
   Rgb straight_{0.0f};
   float iridescence_ = 0.0f;
   std::optional<ThinFilm> film_; // if iridescence_ is above 0
+  float reflection_odds_ = 1.0f;
 };
 
 } // namespace kindling

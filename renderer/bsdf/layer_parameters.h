@@ -4,6 +4,8 @@
 
 #include "renderer/base/math.h"
 
+#include <algorithm>
+
 namespace kindling {
 
 // Evaluated at a point, like BsdfParameters. The defaults add no layer. Directions are in the local
@@ -30,7 +32,19 @@ struct LayerParameters {
 
   float diffuse_transmission = 0.0f; // [0, 1] (KHR_materials_diffuse_transmission)
   Rgb diffuse_transmission_color{1.0f};
+
+  // >= 1: multiplies the odds with which a path is reflected, not transmitted, at clear glass
+  // (favored()). The value of the BSDF does not depend on it.
+  float reflection_odds = 1.0f;
 };
+
+// Returns the probability of an event with the probability p after its odds p / (1 - p) have been
+// multiplied by `odds` >= 1, up to a quarter: what else may happen stays likely.
+[[nodiscard]] inline float favored(float p, float odds) {
+  if (!(odds > 1.0f)) return p;
+  const float q = odds * p / (odds * p + (1.0f - p));
+  return std::max(p, std::min(q, 0.25f));
+}
 
 // Thin-walled surfaces up to this roughness let light pass in a straight line:
 // LayeredBsdf::straight_transmittance(). A lobe of roughness 0.03 is 0.05 degrees wide, a tenth of

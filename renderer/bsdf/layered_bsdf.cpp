@@ -55,6 +55,7 @@ DielectricParameters glass_of(const BsdfParameters& p, const LayerParameters& la
   glass.iridescence = layers.iridescence;
   glass.film_ior = layers.iridescence_ior;
   glass.film_thickness_nm = layers.iridescence_thickness_nm;
+  glass.reflection_odds = layers.reflection_odds;
   return glass;
 }
 

@@ -136,6 +136,34 @@ TEST(DielectricLobe, SmoothInterfaceIsDelta) {
   EXPECT_NEAR(down.z, 0.25f * (1.0f - f), 2e-4f);
 }
 
+// Odds change how often a smooth interface reflects, and nothing else.
+TEST(DielectricLobe, ReflectionOddsChangeNoMean) {
+  const float f = dielectric_fresnel(0.8f, 1.5f);
+  DielectricParameters p;
+  p.alpha_x = p.alpha_y = 0.0005f;
+  p.tint = {1.0f, 0.5f, 0.25f};
+  constexpr int kDraws = 100000;
+  for (const float odds : {0.1f, 1.0f, 3.0f, 1e6f}) {
+    p.reflection_odds = odds;
+    const DielectricLobe lobe(p, V3f(0.6f, 0.0f, 0.8f));
+    Imath::V3d up(0.0), down(0.0);
+    int reflected = 0;
+    for (int i = 0; i < kDraws; ++i) {
+      const auto s = lobe.sample((static_cast<float>(i) + 0.5f) / kDraws, {0.5f, 0.5f});
+      reflected += s->wi.z > 0.0f ? 1 : 0;
+      (s->wi.z > 0.0f ? up : down) += Imath::V3d(s->weight) / kDraws;
+    }
+    // Without odds by luminance, of which the tint passes 0.2126 + 0.5 * 0.7152 + 0.25 * 0.0722.
+    const float share = f / (f + 0.58825f * (1.0f - f));
+    const float expected = odds <= 1.0f ? share : std::min(0.25f, odds * share / (odds * share + 1.0f - share));
+    EXPECT_NEAR(static_cast<float>(reflected) / kDraws, expected, 2.0f / kDraws) << odds;
+    EXPECT_NEAR(lobe.reflection_probability({0.5f, 0.5f}), expected, 1e-5f) << odds;
+    // A draw more or less of a side, and the rounding of weights.
+    EXPECT_NEAR(up.x, f, f * (2.0f / expected / kDraws + 1e-5f)) << odds;
+    EXPECT_NEAR(down.z, 0.25f * (1.0f - f), 0.25f * (1.0f - f) * (4.0f / kDraws + 1e-5f)) << odds;
+  }
+}
+
 TEST(DielectricLobe, TotalInternalReflectionReflectsAll) {
   for (const float roughness : {0.0f, 0.1f}) {
     DielectricParameters p;

@@ -114,6 +114,8 @@ struct PathStages {
            layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
            layers.anisotropy > 0.0f;
   }
+  // Returns LayerParameters::reflection_odds for a path that meets a surface with layers.
+  [[nodiscard]] float reflection_odds(const V3f& direction, const SurfacePoint& surface, const PathState& state) const;
   // Mixes the guides of directions into the BSDF of a surface.
   void guide(GuidedBsdf& bsdf, const V3f& position) const {
     if (patches) bsdf.guide_to(*patches, position);

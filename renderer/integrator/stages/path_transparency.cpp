@@ -24,7 +24,8 @@ bool PathStages::passes_through(const Vertex& vertex, const PathInFlight& path) 
   if (is_black(thin_wall)) return alpha < 1.0f && passes_through(1.0f - alpha, path);
   const Rgb passed = Rgb(1.0f - alpha) + thin_wall * alpha;
   const float scattered = alpha * max_component(vertex.bsdf.bsdf().albedo());
-  const float probability = max_component(passed) / (max_component(passed) + scattered);
+  const float reflects = scattered / (max_component(passed) + scattered);
+  const float probability = 1.0f - favored(reflects, vertex.surface.layers.bsdf.reflection_odds);
   const bool passes = passes_through(probability, path);
   path.state.throughput *= passes ? passed / probability : Rgb(alpha / (1.0f - probability));
   return passes;

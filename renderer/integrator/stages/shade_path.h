@@ -59,6 +59,7 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
   if (settings.caustics != Caustics::full) regularize(surface, state, path.sample.sample_index);
   if (surface.layered) {
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
+    surface.layers.bsdf.reflection_odds = reflection_odds(ray.direction, surface, state);
     const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
     scatter(ray,
             Vertex{surface, hit, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
