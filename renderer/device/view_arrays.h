@@ -69,6 +69,7 @@ void for_each_array(EnvironmentView& environment, F&& f) {
   f(environment.distribution.cdfs);
   f(environment.distribution.guides);
   f(environment.row_factors);
+  f(environment.levels.texels);
 }
 
 template <class F>

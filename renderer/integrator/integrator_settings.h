@@ -44,6 +44,9 @@ inline constexpr int kMaxReflectionSamples = 4;
 // Maximum of IntegratorSettings::manifold_samples.
 inline constexpr int kMaxManifoldSamples = 16;
 
+// Maximum of IntegratorSettings::environment_filter.
+inline constexpr float kMaxEnvironmentFilter = 64.0f;
+
 // Maximum of IntegratorSettings::path_reuse.
 inline constexpr uint32_t kMaxPathReuse = 8;
 
@@ -69,6 +72,10 @@ struct IntegratorSettings {
   // Light paths are those of the whole image, and are joined to the camera for these pixels alone.
   V2i crop_min{0}, crop_end{0};
   float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
+  // Widths, in pixels over the number of samples, of what clear glass and perfect mirrors show of
+  // the environment in one sample (PathStages::specular_cone()); 0: a point. IntegratorKind::path
+  // alone.
+  float environment_filter = 1.0f;
   // First walks to lamps without a size by way of smooth glass (manifold_walk.h), at each surface
   // of a path; 0: none; IntegratorKind::path alone.
   int manifold_samples = 0;

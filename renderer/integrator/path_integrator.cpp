@@ -25,6 +25,7 @@ PathStages make_path_stages(const IntegratorSettings& settings, const World& wor
                             const Sampler& sampler, const Guide* guide) {
   return {.settings = settings,
           .sample_width = sample_width(sampler),
+          .specular_scale = specular_scale(settings.environment_filter, sampler),
           .world = &world,
           .camera = &camera,
           .patches = guide && !guide->patches.empty() ? &guide->patches : nullptr,
@@ -110,8 +111,7 @@ uint32_t PathIntegrator::render_block(const PixelRect& block, const SampleRange&
   auto& context = static_cast<PathContext&>(thread);
   const uint32_t per_batch = samples_per_batch(followed_block(block, context), stages_.settings.batch_size);
   for (uint32_t done = 0; done < samples.count(); done += per_batch) {
-    const uint32_t first = samples.first + done;
-    const SampleRange batch{first, first + std::min(per_batch, samples.count() - done)};
+    const SampleRange batch{samples.first + done, samples.first + std::min(done + per_batch, samples.count())};
     if (!render_batch({&block, 1}, batch, context, film)) return done;
   }
   return samples.count();

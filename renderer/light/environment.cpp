@@ -101,7 +101,9 @@ Environment::Environment(const std::shared_ptr<const Image>& image, float rotati
   rotation_turns = static_cast<float>(turns - std::floor(turns));
   if (!(rotation_turns < 1.0f)) rotation_turns = 0.0f;
   texels = arrays_.keep(store_texels(*image, intensity));
-  if (!texels.empty()) build_distribution();
+  if (texels.empty()) return;
+  build_distribution();
+  build_levels();
 }
 
 std::vector<Fp16Texel> Environment::store_texels(const Image& image, float intensity) {
@@ -232,6 +234,14 @@ void Environment::build_distribution() {
                                     (2.0 * std::numbers::pi * std::numbers::pi));
   }
   row_factors = arrays_.keep(std::move(factors));
+}
+
+void Environment::build_levels() {
+  int level_width = EnvironmentLevels::kMaxWidth;
+  while (2 * level_width > width) level_width /= 2;
+  if (level_width < EnvironmentLevels::kMinWidth) return;
+  levels.texels = arrays_.keep(make_environment_levels(texels, width, height, level_width));
+  levels.width = level_width;
 }
 
 } // namespace kindling

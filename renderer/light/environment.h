@@ -6,6 +6,7 @@
 #include "renderer/base/owned_arrays.h"
 #include "renderer/base/prefetch.h"
 #include "renderer/image/image.h"
+#include "renderer/light/environment_levels.h"
 #include "renderer/light/equirect.h"
 #include "renderer/light/fp16_texels.h"
 #include "renderer/light/light_sample.h"
@@ -60,6 +61,9 @@ struct EnvironmentView {
   // The same in two steps, so that work between them hides memory latency.
   [[nodiscard]] Location locate(const V3f& wi) const { return width == 0 ? Location{} : coordinates_of(wi); }
   [[nodiscard]] EnvironmentEval eval(const Location& at) const;
+  // Returns the mean radiance of an area around a direction that is `width_turns` wide, in full
+  // turns.
+  [[nodiscard]] Rgb mean_radiance(const Location& at, float width_turns) const;
   // locate() for many directions, eight at a time with the same bits, and prefetch() of each.
   void locate(std::span<const V3f> directions, std::span<Location* const> locations) const;
   // locate() in an image.
@@ -107,6 +111,7 @@ struct EnvironmentView {
   // Distribution over the cells between texel centers: width columns (the last one wraps), height +
   // 1 rows (half cells at the poles).
   Distribution2DView distribution;
+  EnvironmentLevels levels;           // of mean_radiance()
   std::span<const float> row_factors; // per cell row: solid-angle density = weight * factor / sin(theta)
 };
 
@@ -131,6 +136,7 @@ class Environment : public EnvironmentView {
   void fill_border(std::vector<Fp16Texel>& stored) const;
   void compensate_for_mis(float mean_weight, std::vector<Fp16Texel>& stored);
   void build_distribution();
+  void build_levels();
 
   OwnedArrays arrays_;
   Distribution2D stored_distribution_; // owns `distribution`
@@ -155,6 +161,17 @@ inline EnvironmentEval EnvironmentView::eval(const Location& at) const {
   const V4f stored = interpolate(f.top, f.top + width + 2, f.fx, f.fy);
   const float to_pdf = row_factors[static_cast<size_t>(f.row)] / std::max(at.sin_theta, kMinSinTheta);
   return {Rgb(stored.x, stored.y, stored.z) * scale, stored.w * to_pdf};
+}
+
+inline Rgb EnvironmentView::mean_radiance(const Location& at, float width_turns) const {
+  const float level = levels.level_of(width_turns);
+  if (!(level > -1.0f)) return eval(at).radiance;
+  const float coarser = std::ceil(level);
+  const int number = static_cast<int>(coarser);
+  const Rgb coarse = levels.at(number, at.u, at.v) * scale;
+  if (coarser == level) return coarse;
+  const Rgb fine = number == 0 ? eval(at).radiance : levels.at(number - 1, at.u, at.v) * scale;
+  return coarse + (fine - coarse) * (coarser - level);
 }
 
 template <typename Real>

@@ -158,6 +158,10 @@ struct LightSetView {
   [[nodiscard]] Rgb environment_radiance(const Environment::Location& at) const {
     return has_environment ? environment.eval(at).radiance : Rgb(0.0f);
   }
+  // The same as a mean over an area around the direction (EnvironmentView::mean_radiance()).
+  [[nodiscard]] Rgb environment_radiance(const Environment::Location& at, float width_turns) const {
+    return has_environment ? environment.mean_radiance(at, width_turns) : Rgb(0.0f);
+  }
   // environment_radiance() and pdf_environment() from one lookup.
   [[nodiscard]] EnvironmentEval environment_eval(const V3f& point, const V3f& normal, const V3f& wi,
                                                  const LightProbabilities* learned = nullptr) const {

@@ -72,6 +72,9 @@ Result<void> check_bounces(const RenderSettings& settings) {
     if (limit.value < limit.from || limit.value > limit.to)
       return refuse(std::string(limit.name) + " " + std::to_string(limit.value) + ": " + std::to_string(limit.from) +
                     " to " + std::to_string(limit.to) + " is needed");
+  if (!(s.environment_filter >= 0.0f && s.environment_filter <= kMaxEnvironmentFilter))
+    return refuse("environment_filter " + std::to_string(s.environment_filter) + ": 0 to " +
+                  std::to_string(static_cast<int>(kMaxEnvironmentFilter)) + " is needed");
   return {};
 }
 

@@ -182,6 +182,7 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   const bool chooses = o.chooses_light_paths && s.light_paths == 0.0f;
   j["--light-paths"] = chooses ? SortedJson("auto") : json_number(s.light_paths);
   j["--photons"] = json_number(s.photons);
+  j["--environment-filter"] = json_number(s.environment_filter);
   j["--manifold-samples"] = s.manifold_samples;
   j["--guiding"] = guiding_name(o.guiding);
   j["--training-paths"] = json_number(o.training_paths);

@@ -138,6 +138,7 @@ const std::map<std::string, FlagCase>& flag_cases() {
       {"--caustics", {true, kNone, {"--caustics", "off"}}},
       {"--sample-rates", {true, kNone, {"--sample-rates", "noise"}}},
       {"--light-paths", {true, kNone, {"--light-paths", "0.25"}}},
+      {"--environment-filter", {true, kNone, {"--environment-filter", "0.5"}}},
       {"--photons", {true, kNone, {"--photons", "0.25"}}},
       {"--manifold-samples", {true, kNone, {"--manifold-samples", "2"}}},
       {"--guiding", {true, kNone, {"--guiding", "off"}}},

@@ -227,8 +227,12 @@ TEST(Environment, KeepsExtremeDynamicRange) {
 }
 
 TEST(Environment, MemoryIsAsDocumented) {
-  const Environment environment(test::uneven_image(512, 256), 0.0f, 1.0f);
-  EXPECT_LT(static_cast<double>(environment.memory_bytes()), 13.5 * 512 * 256);
+  const auto bytes = [](int width) {
+    return static_cast<double>(Environment(test::uneven_image(width, width / 2), 0.0f, 1.0f).memory_bytes());
+  };
+  // 8 bytes for each texel of the levels, which together have a third more than the finest.
+  EXPECT_LT(bytes(512), 13.5 * 512 * 256 + 1.4 * 8 * 256 * 128);
+  EXPECT_LT(bytes(2048), 13.5 * 2048 * 1024 + 1.4 * 8 * 512 * 256);
 }
 
 // The uniform part of the sky is left to BSDF sampling, the sun is not; a uniform color is sampled

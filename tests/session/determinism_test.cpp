@@ -219,6 +219,8 @@ TEST(RenderSession, RefusesImpossibleSettings) {
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.max_bounces = -1; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.max_diffuse_bounces = 100000; }));
   EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.roulette_start_bounce = -1; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.environment_filter = -0.1f; }));
+  EXPECT_TRUE(refused([](RenderSettings& s) { s.integrator.environment_filter = 65.0f; }));
   EXPECT_FALSE(refused([](RenderSettings&) {}));
 }
 

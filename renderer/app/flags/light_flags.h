@@ -14,6 +14,7 @@ void add_reflection_samples_flag(FlagSet& flags, ImageSettings& settings);
 void add_path_reuse_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
 void add_photons_flag(FlagSet& flags, IntegratorSettings& settings);
+void add_environment_filter_flag(FlagSet& flags, IntegratorSettings& settings);
 void add_manifold_samples_flag(FlagSet& flags, IntegratorSettings& settings);
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);
 

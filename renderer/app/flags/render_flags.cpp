@@ -188,6 +188,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   add_path_reuse_flag(flags, o);
   add_light_paths_flag(flags, o);
   add_photons_flag(flags, o.integrator);
+  add_environment_filter_flag(flags, o.integrator);
   add_manifold_samples_flag(flags, o.integrator);
   flags.value("--guiding", "MODE",
               fmt::format("Path guiding, trained before the image: on, off, or auto, where it pays [{}]",
@@ -361,6 +362,7 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   add_light_groups_flag(flags, o.image.integrator);
   add_light_paths_flag(flags, o.image);
   add_photons_flag(flags, o.image.integrator);
+  add_environment_filter_flag(flags, o.image.integrator);
   flags.value(
       "--denoise", "off|fast|best", fmt::format("Denoising [{}]", denoising_name(o.image.denoising)), [&o](auto text) {
         return choose(denoising_from_name(text), o.image.denoising, "way of denoising", text, {"off", "fast", "best"});

@@ -176,11 +176,12 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
     return;
   }
   SurfacePoint surface;
-  const RayCone cone = path.state.cone;
+  const RayCone cone = path.state.cone, specular_cone = path.state.specular_cone;
   begin_look_ups(wave.tiles);
   world.surface_at(ray, hit, surface, stages.measure_footprint(ray, hit.t, path.state));
   if (waits_for_tiles(wave.tiles, number)) {
     path.state.cone = cone;
+    path.state.specular_cone = specular_cone;
     return;
   }
   SurfaceDraws sampled;

@@ -333,6 +333,9 @@ struct PathStages {
 
   IntegratorSettings settings;
   float sample_width = 1.0f; // width of a sample's cone relative to its pixel's
+  // The factor from the spread of PathState::specular_cone to the width of an area of the
+  // environment, in full turns; 0: clear glass and mirrors show it at its finest.
+  float specular_scale = 0.0f;
   const WorldView* world = nullptr;
   const CameraView* camera = nullptr;
   const BrightPatches* patches = nullptr;                      // null: directions are not guided

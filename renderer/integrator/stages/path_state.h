@@ -34,6 +34,9 @@ struct PathState {
   float reflection_ratio = 0.0f;
   const LightProbabilities* light_probabilities = nullptr;
   RayCone cone{.spread = -1.0f}; // footprint of the sample along its ray; spread below 0: not set yet, a camera ray
+  // The same as the curvature of surfaces widens it, while all were clear glass or perfect mirrors;
+  // spread below 0: others were among them.
+  RayCone specular_cone{.spread = -1.0f};
   float alpha = 1.0f;
   float guiding = 1.0f;        // product over the reflections of density with guiding / density without
   float wavelength_nm = 0.0f;  // set once the path is dispersed; 0: all wavelengths
@@ -70,7 +73,7 @@ struct PathState {
   // Returns the LightClass of light found by a ray after that many reflections.
   [[nodiscard]] uint32_t light_class(uint32_t reflections) const { return std::min<uint32_t>(reflections, kIndirect); }
 };
-static_assert(sizeof(PathState) == 128);
+static_assert(sizeof(PathState) == 136);
 
 // Density from which on a reflection is narrow, per steradian: lobes of about ten degrees.
 inline constexpr float kNarrowDensity = 30.0f;

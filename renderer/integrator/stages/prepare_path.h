@@ -9,8 +9,9 @@ namespace kindling {
 
 inline RayFootprint PathStages::measure_footprint(const accel::Ray& ray, float distance_m, PathState& state) const {
   const bool from_camera = state.cone.spread < 0.0f;
-  if (from_camera) state.cone = sample_cone(*camera, ray.direction, sample_width);
+  if (from_camera) state.cone = state.specular_cone = sample_cone(*camera, ray.direction, sample_width);
   state.cone.width_m = state.cone.width_at(distance_m);
+  state.specular_cone.width_m = state.specular_cone.width_at(distance_m);
   RayFootprint footprint{state.cone.width_m, state.bsdf_pdf == 0.0f};
   if (from_camera) footprint.width_m = first_footprint(*camera, ray, distance_m, state.cone.width_m, sample_width);
   return footprint;

@@ -118,6 +118,7 @@ inline void PathStages::scatter_in_medium(const accel::Ray& ray, float distance,
 
   state.bsdf_pdf = 0.0f; // no light sampling inside media
   state.cone = scattered_cone(state.cone, 0.25f * kInvPi);
+  state.specular_cone.spread = -1.0f;
   const V3f position = ray.origin + ray.direction * distance;
   state.previous_position = position;
   const V3f wi = scatter_direction(ray.direction, position, medium.scatter_anisotropy, {key, address.index}, state);

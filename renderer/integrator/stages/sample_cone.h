@@ -21,6 +21,12 @@ namespace kindling {
   return std::max(static_cast<float>(1.0 / std::sqrt(sampler.samples_per_pixel())), 0.125f);
 }
 
+// Returns PathStages::specular_scale for IntegratorSettings::environment_filter: the cone begins
+// with sample_width(), and the area shall be that of pixels over the number of samples.
+[[nodiscard]] inline float specular_scale(float filter, const Sampler& sampler) {
+  return filter / (static_cast<float>(sampler.samples_per_pixel()) * sample_width(sampler)) * (0.5f * kInvPi);
+}
+
 [[nodiscard]] inline RayCone sample_cone(const CameraView& camera, const V3f& direction, float sample_width) {
   assert(sample_width > 0.0f && sample_width <= 1.0f);
   const RayCone pixel = camera.pixel_cone(direction);

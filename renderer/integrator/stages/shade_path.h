@@ -10,6 +10,7 @@
 #include "renderer/integrator/stages/random_walk.h"
 #include "renderer/integrator/stages/reuse_paths.h"
 #include "renderer/integrator/stages/sample_cone.h"
+#include "renderer/integrator/stages/specular_cone.h"
 #include "renderer/sampling/mis.h"
 
 #include <algorithm>
@@ -178,6 +179,11 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
+  if (scattered->pdf > 0.0f || state.specular_cone.spread < 0.0f)
+    state.specular_cone.spread = -1.0f;
+  else if (specular_scale > 0.0f)
+    state.specular_cone = specular_cone(*world, vertex.hit, surface, wi,
+                                        vertex.layers ? vertex.layers->parameters->eta : 1.0f, state.specular_cone);
   state.bsdf_pdf = scattered->pdf / lights;
   state.reflection_ratio = scattered->pdf > 0.0f ? reflections * scattered->reflection_pdf / scattered->pdf : 0.0f;
   state.previous_position = surface.position;
@@ -206,6 +212,10 @@ inline void PathStages::continue_through(const accel::Ray& ray, const SurfacePoi
   sink.extend(path, behind);
 }
 
+// Maximum width of the areas of the environment that a path averages, in full turns: wider cones
+// are not round.
+inline constexpr float kMaxTurns = 0.08f;
+
 template <typename Sink>
 inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at,
                                       const PathInFlight& path, Sink& sink) const {
@@ -232,6 +242,8 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
     // Directions of reflection samples compete, too (light_vertex()).
     const float directions = 1.0f + state.reflection_ratio;
     radiance = environment.radiance * (power_heuristic(state.bsdf_pdf * directions, environment.pdf) / directions);
+  } else if (specular_scale > 0.0f && state.bounce > 0 && state.specular_cone.spread > 0.0f) {
+    radiance = world->lights.environment_radiance(at, std::min(state.specular_cone.spread * specular_scale, kMaxTurns));
   } else {
     radiance = world->lights.environment_radiance(at);
   }

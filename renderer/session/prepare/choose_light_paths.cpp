@@ -3,6 +3,7 @@
 #include "renderer/session/prepare/choose_light_paths.h"
 
 #include "renderer/session/check_settings.h"
+#include "renderer/session/prepare/pilot_integrator.h"
 
 #include <algorithm>
 
@@ -51,7 +52,7 @@ LightPathChoice choose_light_paths(const World& world, const Camera& camera, con
   choice.why_none = why_no_light_paths(settings, camera);
   if (choice.why_none.empty())
     choice = choose_light_path_fraction(world, camera,
-                                        {.integrator = settings.integrator,
+                                        {.integrator = pilot_integrator(settings),
                                          .filter = settings.filter,
                                          .guide = guide,
                                          .seed = settings.seed,

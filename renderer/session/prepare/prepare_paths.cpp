@@ -7,6 +7,7 @@
 #include "renderer/sampling/sample_rates.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/pilot_integrator.h"
 #include "renderer/session/prepare/train_guide.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ namespace {
 
 // Half of the paths of a pilot for each of these choices.
 SamplePilotSettings pilot_of(const RenderSettings& settings, const Guide* guide) {
-  SamplePilotSettings pilot{.integrator = settings.integrator,
+  SamplePilotSettings pilot{.integrator = pilot_integrator(settings),
                             .filter = settings.filter,
                             .guide = guide,
                             .seed = settings.seed,

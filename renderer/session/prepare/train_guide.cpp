@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/session/prepare/train_guide.h"
 
+#include "renderer/session/prepare/pilot_integrator.h"
 #include "renderer/session/tile_scheduler.h"
 
 #include <algorithm>
@@ -29,7 +30,7 @@ std::optional<double> max_training_s(const RenderSettings& settings) {
 
 TrainedGuide train_guide(const World& world, const Camera& camera, const RenderSettings& settings,
                          const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done) {
-  GuideTrainingSettings training{.integrator = settings.integrator,
+  GuideTrainingSettings training{.integrator = pilot_integrator(settings),
                                  .filter = settings.filter,
                                  .seed = settings.seed,
                                  .max_paths = training_paths(settings),
