@@ -107,6 +107,7 @@ class Sum {
     if (part.film.trims_outliers()) whole_->film.trim_outliers();
     if (part.film.has_splats()) whole_->film.enable_splats();
     whole_->work.light_paths = part.work.light_paths;
+    whole_->work.photons = part.work.photons;
     whole_->work.direct_samples = part.work.direct_samples;
     whole_->work.reflection_samples = part.work.reflection_samples;
     whole_->work.path_reuse = part.work.path_reuse;
@@ -123,6 +124,8 @@ class Sum {
     if (part.work.light_paths != whole_->work.light_paths || part.film.has_splats() != whole_->film.has_splats())
       return damaged(file, "has other light paths than the first part: --light-paths auto traces none on devices; "
                            "render all parts on the CPU, or with --light-paths 0");
+    if (part.work.photons != whole_->work.photons)
+      return damaged(file, "has another number of photons than the first part (--photons auto)");
     if (part.work.direct_samples != whole_->work.direct_samples)
       return damaged(file, "has another number of light samples than the first part (--direct-samples auto)");
     if (part.work.reflection_samples != whole_->work.reflection_samples)

@@ -36,7 +36,13 @@ struct BatchSink {
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
     if (context.photon_maps.empty()) return;
     const PhotonMapView map = context.photon_maps.of_sample(path.map_sample).view();
-    path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
+    if (context.gathered)
+      path.state.light[kIndirect] +=
+          gathered_light(path_stages, map, vertex, path, radius2, [&](const Photon& photon, const Rgb& part) {
+            context.gathered->push_back(note_gathered(vertex, path, photon, part));
+          });
+    else
+      path.state.light[kIndirect] += gathered_light(path_stages, map, vertex, path, radius2);
   }
 
   void add_manifold_light(const PathInFlight& path, const ManifoldLight& found) {

@@ -72,6 +72,7 @@ struct IntegratorSettings {
   // Light paths are those of the whole image, and are joined to the camera for these pixels alone.
   V2i crop_min{0}, crop_end{0};
   float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
+  uint32_t samples_per_photon_map = 0; // of a pixel, in pilots; 0: PhotonMaps::samples_per_map()
   // Widths, in pixels over the number of samples, of what clear glass and perfect mirrors show of
   // the environment in one sample (specular_cone()); 0: a point. IntegratorKind::path
   // alone.

@@ -5,6 +5,7 @@
 #include "renderer/integrator/camera_stage.h"
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/light_paths.h"
+#include "renderer/integrator/photons/gathered_photon.h"
 #include "renderer/integrator/photons/photon_maps.h"
 #include "renderer/integrator/shade_group.h"
 #include "renderer/integrator/shadow_queries.h"
@@ -57,7 +58,8 @@ class PathContext final : public ThreadContext {
   std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
   LightPathContext light_paths;
-  BatchPhotonMaps photon_maps; // of the batch's samples; empty: no photons
+  BatchPhotonMaps photon_maps;                     // of the batch's samples; empty: no photons
+  std::vector<GatheredPhoton>* gathered = nullptr; // set while a pilot measures photons
   // The level of the batch, by which all its paths have their photon map; unset: each by its
   // sample.
   std::optional<uint32_t> level;

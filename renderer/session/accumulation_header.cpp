@@ -185,6 +185,8 @@ ParsedHeader parse(std::string_view text_of_json) {
   if (work.contains("training_paths")) read_whole(work, "training_paths", header.summary.work.training_paths.emplace());
   if (work.contains("light_paths"))
     header.summary.work.light_paths = static_cast<float>(number(work, "light_paths", 1.0, "a fraction from 0 to 1"));
+  if (work.contains("photons"))
+    header.summary.work.photons = static_cast<float>(number(work, "photons", 1.0, "a number from 0 to 1"));
   if (work.contains("direct_samples")) read_whole(work, "direct_samples", header.summary.work.direct_samples.emplace());
   if (work.contains("reflection_samples"))
     read_whole(work, "reflection_samples", header.summary.work.reflection_samples.emplace());
@@ -284,6 +286,7 @@ std::string header_to_json(const AccumulationHeader& header) {
   json["work"]["rays"] = counters_to_json(work.rays);
   if (work.training_paths) json["work"]["training_paths"] = *work.training_paths;
   if (work.light_paths) json["work"]["light_paths"] = *work.light_paths;
+  if (work.photons) json["work"]["photons"] = *work.photons;
   if (work.direct_samples) json["work"]["direct_samples"] = *work.direct_samples;
   if (work.reflection_samples) json["work"]["reflection_samples"] = *work.reflection_samples;
   if (work.path_reuse) json["work"]["path_reuse"] = *work.path_reuse;

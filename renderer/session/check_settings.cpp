@@ -193,11 +193,7 @@ Result<void> check_photons(const RenderSettings& settings) {
   if (integrator.photons == 0.0f) return {};
   if (!(integrator.photons > 0.0f && integrator.photons <= 1.0f))
     return refuse("photons " + std::to_string(integrator.photons) + ": a fraction from 0 to 1 is needed");
-  const auto not_with = [](const std::string& what) { return refuse("--photons: not " + what); };
-  if (Result<void> checked = check_plain_paths(settings, "--photons"); !checked) return checked;
-  if (integrator.direct_samples > 1) return not_with("with --direct-samples above 1");
-  if (integrator.reflection_samples > 0) return not_with("with --reflection-samples above 0");
-  return {};
+  return check_plain_paths(settings, "--photons");
 }
 
 // What manifold sampling does not work with.

@@ -45,6 +45,7 @@ RenderSettings to_render_settings(const ImageSettings& image, const V2i& size_px
   settings.chooses_direct_samples = image.chooses_direct_samples;
   settings.chooses_reflection_samples = image.chooses_reflection_samples;
   settings.chooses_path_reuse = image.chooses_path_reuse;
+  settings.chooses_photons = image.chooses_photons;
   settings.sampler = image.sampler;
   settings.filter = PixelFilter(image.filter);
   settings.aovs = image.recorded_aovs();

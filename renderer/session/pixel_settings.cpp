@@ -179,9 +179,10 @@ void add_transport(const WorldSettings& world, const ImageSettings& o, SortedJso
   j["--clamp-direct"] = json_number(s.clamp_direct);
   j["--clamp-indirect"] = json_number(s.clamp_indirect);
   j["--caustics"] = caustics_name(s.caustics);
-  const bool chooses = o.chooses_light_paths && s.light_paths == 0.0f;
-  j["--light-paths"] = chooses ? SortedJson("auto") : json_number(s.light_paths);
-  j["--photons"] = json_number(s.photons);
+  const bool chooses_light_paths = o.chooses_light_paths && s.light_paths == 0.0f;
+  j["--light-paths"] = chooses_light_paths ? SortedJson("auto") : json_number(s.light_paths);
+  const bool chooses_photons = o.chooses_photons && s.photons == 0.0f;
+  j["--photons"] = chooses_photons ? SortedJson("auto") : json_number(s.photons);
   j["--environment-filter"] = json_number(s.environment_filter);
   j["--manifold-samples"] = s.manifold_samples;
   j["--guiding"] = guiding_name(o.guiding);

@@ -8,6 +8,7 @@
 #include "renderer/session/find_sample_rates.h"
 #include "renderer/session/place_integrator.h"
 #include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/choose_photons.h"
 #include "renderer/session/prepare/prepare_paths.h"
 #include "renderer/session/prepare/train_guide.h"
 #include "renderer/session/render_loop.h"
@@ -134,6 +135,11 @@ Result<void> prepare_to_resume(const RenderState& state, const std::vector<std::
     settings.chooses_path_reuse = false;
     if (Result<void> checked = check_path_reuse(settings, camera); !checked) return checked;
   }
+  if (leaves_photons_open(settings) && has_samples(state)) {
+    settings.integrator.photons = state.work.photons.value_or(0.0f);
+    settings.chooses_photons = false;
+    if (Result<void> checked = check_settings(settings, camera); !checked) return checked;
+  }
   if (settings.sample_rates != SampleRateKind::even && has_samples(state))
     settings.rate_rule = state.work.rate_rule.value_or(RateRule{});
   if (Result<void> checked = check_state(settings, state); !checked) return checked;
@@ -151,11 +157,13 @@ void note_prepared(const PreparedPaths& prepared, const RenderSettings& before_p
   statistics.light_paths = prepared.light_paths;
   statistics.direct_samples = prepared.direct_samples;
   statistics.path_reuse = prepared.path_reuse;
+  statistics.photons = prepared.photons;
   statistics.sample_rates = prepared.sample_rates;
   if (leaves_light_paths_open(before_pilots)) work.light_paths = prepared.light_paths.fraction;
   if (before_pilots.chooses_direct_samples) work.direct_samples = prepared.direct_samples.count;
   if (before_pilots.chooses_reflection_samples) work.reflection_samples = prepared.direct_samples.reflections;
   if (before_pilots.chooses_path_reuse) work.path_reuse = prepared.path_reuse.count;
+  if (leaves_photons_open(before_pilots)) work.photons = prepared.photons.fraction;
   if (before_pilots.sample_rates != SampleRateKind::even) work.rate_rule = prepared.sample_rates.rule;
 }
 
@@ -164,6 +172,7 @@ LearnedPaths learned_of(PreparedPaths& prepared, const RenderSettings& settings)
   const IntegratorSettings& integrator = settings.integrator;
   return {.guide = std::move(prepared.trained.guide),
           .light_paths = integrator.light_paths,
+          .photons = integrator.photons,
           .direct_samples = integrator.direct_samples,
           .reflection_samples = integrator.reflection_samples,
           .path_reuse = integrator.path_reuse,
@@ -268,6 +277,7 @@ Result<ReplayedSample> replay_sample(const World& world, const Camera& camera, c
                                        std::to_string(settings.size_px.y) + " pixels"};
   IntegratorSettings integrator_settings = settings.integrator;
   integrator_settings.light_paths = learned.light_paths;
+  integrator_settings.photons = learned.photons;
   integrator_settings.direct_samples = learned.direct_samples;
   integrator_settings.reflection_samples = learned.reflection_samples;
   integrator_settings.path_reuse = learned.path_reuse;

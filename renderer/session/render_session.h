@@ -13,6 +13,7 @@
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/integrator/pilots/light_path_pilot.h"
+#include "renderer/integrator/pilots/photon_pilot.h"
 #include "renderer/integrator/pilots/sample_rate_pilot.h"
 #include "renderer/integrator/shadow_catchers.h"
 #include "renderer/sampling/allocate_samples.h"
@@ -79,6 +80,9 @@ struct RenderSettings {
   // A pilot chooses integrator.path_reuse, before that: 1 with anything that it does not work with
   // (check_path_reuse()).
   bool chooses_path_reuse = false;
+  // A pilot chooses integrator.photons if that is 0, after those (choose_photons()): with photons
+  // pixels share no paths. There are none with anything that photons do not work with.
+  bool chooses_photons = false;
   // Paths that train the guide; 0: no guide. Unset: by the planned samples, and with a time limit
   // no more than a tenth of it allows at the measured speed (RenderWork::training_paths).
   std::optional<uint64_t> training_paths;
@@ -134,6 +138,7 @@ struct RenderStatistics {
   LightPathChoice light_paths;
   DirectSampleChoice direct_samples;
   SampleChoice path_reuse;
+  PhotonChoice photons;
   RateChoice sample_rates;
   DeviceUse device;
 };
@@ -145,10 +150,10 @@ struct RenderOutcome {
   RenderWork work;             // of all runs
 };
 
-// The guide, light paths, light samples and sampler of all samples of a render.
+// The guide, light paths, photons, light samples and sampler of all samples of a render.
 struct LearnedPaths {
   std::shared_ptr<const Guide> guide;                             // null: none
-  float light_paths = 0.0f;                                       // IntegratorSettings::light_paths
+  float light_paths = 0.0f, photons = 0.0f;                       // of IntegratorSettings
   int direct_samples = 1, reflection_samples = 0, path_reuse = 1; // likewise
   bool sample_rates = false;                                      // whether pixels have different numbers of samples
 };

@@ -24,6 +24,7 @@ struct RenderWork {
   std::optional<uint64_t> training_paths;
   // The fraction of the samples with light paths, if a pilot chose it: later runs keep it.
   std::optional<float> light_paths;
+  std::optional<float> photons; // IntegratorSettings::photons, likewise
   // IntegratorSettings::direct_samples, reflection_samples and path_reuse, likewise.
   std::optional<int> direct_samples, reflection_samples, path_reuse;
   // The rule of sample rates, if a pilot looked for one, likewise; a scale of 0: there are none.

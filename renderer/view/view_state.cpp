@@ -265,6 +265,7 @@ ImageSettings moving_settings(const ViewState& state, const ViewOptions& options
   image.guiding = Guiding::off;
   image.chooses_light_paths = false;
   image.integrator.photons = 0.0f;
+  image.chooses_photons = false;
   image.integrator.manifold_samples = 0;
   image.chooses_direct_samples = false;
   image.chooses_reflection_samples = false;

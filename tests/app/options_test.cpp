@@ -182,6 +182,16 @@ TEST(Options, LightPathsAreChosenOrGiven) {
   }
 }
 
+TEST(Options, PhotonsAreChosenOrGiven) {
+  EXPECT_FALSE(render_options({}).chooses_photons);
+  EXPECT_TRUE(render_options({"--photons", "0.5", "--photons", "auto"}).chooses_photons);
+  EXPECT_EQ(render_options({"--photons", "0.5", "--photons", "auto"}).integrator.photons, 0.0f);
+  EXPECT_FALSE(render_options({"--photons", "auto", "--photons", "0.25"}).chooses_photons);
+  EXPECT_EQ(render_options({"--photons", "auto", "--photons", "0.25"}).integrator.photons, 0.25f);
+  EXPECT_EQ(refusal({"render", "a.glb", "--photons", "many"}),
+            "--photons: 'many' is neither auto nor a number from 0 to 1");
+}
+
 TEST(Options, TotalTimeLimitsLimitTheRender) {
   const RenderOptions options = render_options({"--time-limit-total", "5s"});
   EXPECT_EQ(*options.time_limit_total_s, 5.0);

@@ -99,6 +99,13 @@ TEST(PhotonsOnDevices, CropsSampleRangesAndAdaptiveSampling) {
 }
 
 // A pixel takes up to eight samples for each level, whose map they share.
+TEST(PhotonsOnDevices, SeveralLightSamples) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  RenderSettings settings = with_photons(4);
+  settings.integrator.direct_samples = 3;
+  expect_same_with_photons(*world, settings);
+}
+
 TEST(PhotonsOnDevices, SampleRates) {
   RenderSettings settings = with_photons(40);
   settings.sample_rates = SampleRateKind::noise;

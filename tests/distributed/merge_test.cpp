@@ -350,13 +350,13 @@ TEST_F(Merge, DetectsDamageAnywhere) {
   }
 }
 
-// Parts for which a pilot has chosen, and others for which none has: only machines without devices
-// choose light paths.
+// Parts for which a pilot has chosen, and others for which none has.
 TEST_F(Merge, RefusesOtherChoicesOfPilots) {
   const SplitScene scene({SplitKind::light_paths, accel::Kind::kdtree});
   using Choice = std::pair<bool RenderSettings::*, const char*>;
   for (const auto& [open, words] : {Choice{&RenderSettings::chooses_light_paths, "other light paths"},
-                                    Choice{&RenderSettings::chooses_reflection_samples, "reflection samples"}}) {
+                                    Choice{&RenderSettings::chooses_reflection_samples, "reflection samples"},
+                                    Choice{&RenderSettings::chooses_photons, "number of photons"}}) {
     RenderSettings settings = quick_settings(scene);
     settings.planned_samples = 1024;
     settings.chooses_light_paths = false;

@@ -3,6 +3,7 @@
 #include "renderer/integrator/photons/photon_maps.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -73,20 +74,20 @@ void trace_numbers(uint64_t first, uint64_t count, std::vector<Photon>& photons)
 const auto kNeverStopped = [] { return false; };
 
 TEST(PhotonMaps, SmallImagesShareMaps) {
-  EXPECT_EQ(PhotonMaps(1).samples_per_map(), 16U);
-  EXPECT_EQ(PhotonMaps(100'000).samples_per_map(), 2U);
-  EXPECT_EQ(PhotonMaps(1'000'000).samples_per_map(), 1U);
+  EXPECT_EQ(PhotonMaps::samples_per_map(1), 16U);
+  EXPECT_EQ(PhotonMaps::samples_per_map(100'000), 2U);
+  EXPECT_EQ(PhotonMaps::samples_per_map(1'000'000), 1U);
 }
 
 TEST(PhotonMaps, ThreadsBuildAMapTogether) {
   constexpr uint64_t kPaths = 5000; // 80,000 for a map
-  PhotonMaps alone(kPaths);
+  PhotonMaps alone(kPaths, 16);
   const PhotonMaps::Map expected = alone.of_sample(17, trace_numbers, kNeverStopped); // of the second map
   ASSERT_EQ(expected->photons().size(), 16 * kPaths);
   EXPECT_EQ(near(*expected, V3f(0, 0, 0), 1e9f).size(), 16 * kPaths);
   const auto in_second_map = [](const Photon& p) { return p.density >= 16 * kPaths && p.density < 32 * kPaths; };
   EXPECT_TRUE(std::all_of(expected->photons().begin(), expected->photons().end(), in_second_map));
-  PhotonMaps together(kPaths);
+  PhotonMaps together(kPaths, 16);
   std::vector<PhotonMaps::Map> maps(6);
   {
     std::vector<std::jthread> threads;
@@ -100,8 +101,18 @@ TEST(PhotonMaps, ThreadsBuildAMapTogether) {
   }
 }
 
+// A thread that builds a tree may take other tasks meanwhile, but none that waits for the map.
+TEST(PhotonMaps, TasksOfOneArenaBuildAMapTogether) {
+  PhotonMaps maps(100'000, 2);
+  std::vector<PhotonMaps::Map> found(256);
+  tbb::parallel_for(size_t{0}, found.size(),
+                    [&](size_t i) { found[i] = maps.of_sample(0, trace_numbers, kNeverStopped); });
+  EXPECT_EQ(found[0]->photons().size(), 200'000U);
+  for (const PhotonMaps::Map& map : found) EXPECT_EQ(map, found[0]);
+}
+
 TEST(PhotonMaps, OldMapsAreBuiltAgain) {
-  PhotonMaps maps(10);
+  PhotonMaps maps(10, 16);
   const std::vector<float> first = near(*maps.of_sample(0, trace_numbers, kNeverStopped), V3f(40, 40, 0), 500.0f);
   std::atomic<int> built{0};
   const auto counting = [&](uint64_t begin, uint64_t count, std::vector<Photon>& photons) {
@@ -115,7 +126,7 @@ TEST(PhotonMaps, OldMapsAreBuiltAgain) {
 }
 
 TEST(PhotonMaps, StoppedMapsAreMissing) {
-  PhotonMaps maps(5000);
+  PhotonMaps maps(5000, 16);
   EXPECT_EQ(maps.of_sample(0, trace_numbers, [] { return true; }), nullptr);
   BatchPhotonMaps batch;
   EXPECT_FALSE(batch.take(0, 4, maps, trace_numbers, [] { return true; }));
@@ -123,7 +134,7 @@ TEST(PhotonMaps, StoppedMapsAreMissing) {
 }
 
 TEST(PhotonMaps, FailuresReachAllThreads) {
-  PhotonMaps maps(50'000);
+  PhotonMaps maps(50'000, 5);
   std::atomic<int> failures{0};
   const auto failing = [&](uint64_t first, uint64_t, std::vector<Photon>&) {
     if (first > 0) throw std::runtime_error("out of memory");
@@ -143,7 +154,7 @@ TEST(PhotonMaps, FailuresReachAllThreads) {
 }
 
 TEST(BatchPhotonMaps, HasTheMapOfEachSample) {
-  PhotonMaps maps(100'000); // two samples share a map
+  PhotonMaps maps(100'000, 2); // two samples share a map
   BatchPhotonMaps batch;
   ASSERT_TRUE(batch.take(3, 7, maps, trace_numbers, kNeverStopped));
   for (uint32_t sample = 3; sample < 7; ++sample)

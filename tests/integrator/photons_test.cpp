@@ -4,6 +4,8 @@
 #include "tests/integrator/water_scenes.h"
 
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace kindling::test {
 namespace {
@@ -31,7 +33,8 @@ TEST(Photons, FloorInWater) {
 }
 
 // Paths from the camera meet a sun of 20 degrees by chance. They and photons are weighted against
-// each other, also where light paths reach the camera directly.
+// each other, also where light paths reach the camera directly and where first surfaces have
+// several light samples.
 TEST(Photons, AgreeWithPathsFromTheCamera) {
   Scene scene = floor_in_water(0.6f, 3.0f, 20.0f, V3f(1, 5, 0.5f));
   add_object(scene, metal_material(Rgb(0.9f), 0.0f), sphere(V3f(0.3f, 1.4f, 0.2f), 0.3f, 48, 0));
@@ -40,14 +43,17 @@ TEST(Photons, AgreeWithPathsFromTheCamera) {
   RenderSettings settings = small_render(V2i(24, 24), 256);
   const Camera camera = camera_above(settings.size_px);
   const Estimate without = estimate_means(*world, camera, settings, 16);
-  for (const float light_paths : {0.0f, 0.5f}) {
+  const std::vector<std::pair<float, int>> beside{{0.0f, 1}, {0.5f, 1}, {0.0f, 4}};
+  for (const auto& [light_paths, direct_samples] : beside) {
     settings.integrator.photons = 1.0f;
     settings.integrator.light_paths = light_paths;
+    settings.integrator.direct_samples = direct_samples;
     const Estimate with = estimate_means(*world, camera, settings, 16);
     const double error = std::hypot(without.standard_error(), with.standard_error());
     // Radii of at most a hundredth of the caster blur edges, whose light stays in the image but for
     // a hundredth of a percent.
-    EXPECT_NEAR(with.mean(), without.mean(), 4.5 * error + 1e-4 * without.mean()) << light_paths;
+    EXPECT_NEAR(with.mean(), without.mean(), 4.5 * error + 1e-4 * without.mean())
+        << light_paths << ' ' << direct_samples;
     EXPECT_LT(error, 0.005 * without.mean());
   }
 }

@@ -27,12 +27,11 @@ TEST(PhotonRender, RefusesOtherTracersAndPasses) {
   EXPECT_EQ(refusal([](auto& s) { divide_light(s); }), "");
   EXPECT_EQ(refusal([](auto& s) { s.sample_rates = SampleRateKind::noise; }), "");
   EXPECT_EQ(refusal([](auto& s) { s.device = DeviceKind::host; }), "");
+  EXPECT_EQ(refusal([](auto& s) { s.integrator.direct_samples = 4, s.integrator.reflection_samples = 2; }), "");
   const auto expect_refused = [](const char* words, const std::function<void(RenderSettings&)>& change) {
     EXPECT_NE(refusal(change).find(words), std::string::npos) << words << ": " << refusal(change);
   };
   expect_refused("with --integrator whitted; use path", [](auto& s) { s.integrator.kind = IntegratorKind::whitted; });
-  expect_refused("with --direct-samples above 1", [](auto& s) { s.integrator.direct_samples = 2; });
-  expect_refused("with --reflection-samples above 0", [](auto& s) { s.integrator.reflection_samples = 1; });
   expect_refused("with --caustics off", [](auto& s) { s.integrator.caustics = Caustics::off; });
   expect_refused("photons 1.5", [](auto& s) { s.integrator.photons = 1.5f; });
   expect_refused("photons nan", [](auto& s) { s.integrator.photons = std::numeric_limits<float>::quiet_NaN(); });

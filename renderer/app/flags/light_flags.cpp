@@ -13,14 +13,15 @@
 namespace kindling::app {
 namespace {
 
-Result<void> set_light_paths(std::string_view text, ImageSettings& o) {
-  o.chooses_light_paths = text == "auto";
-  o.integrator.light_paths = 0.0f;
-  if (o.chooses_light_paths) return {};
+// Sets a fraction that a pilot may choose, which is 0 until then.
+Result<void> set_fraction(std::string_view text, bool& chooses, float& value) {
+  chooses = text == "auto";
+  value = 0.0f;
+  if (chooses) return {};
   Result<double> fraction = parse_number(text, 0.0, 1.0);
   if (!fraction.ok())
     return Error{ErrorKind::usage, fmt::format("'{}' is neither auto nor a number from 0 to 1", text)};
-  return store(std::move(fraction), o.integrator.light_paths);
+  return store(std::move(fraction), value);
 }
 
 // Sets a number that a pilot may choose, which has the first value until then.
@@ -92,14 +93,17 @@ void add_light_paths_flag(FlagSet& flags, ImageSettings& o) {
               fmt::format("Trace light paths over glass, metal and coats, too, for this fraction of the samples; auto: "
                           "for as many as pay off, by a short pilot [{}]",
                           o.chooses_light_paths ? "auto" : "0"),
-              [&o](auto text) { return set_light_paths(text, o); });
+              [&o](auto text) { return set_fraction(text, o.chooses_light_paths, o.integrator.light_paths); });
 }
 
-void add_photons_flag(FlagSet& flags, IntegratorSettings& s) {
-  flags.value("--photons", "FRACTION",
-              "Gather photons where caustics are seen in mirrors and through glass: this many for each sample of a "
-              "pixel; 0: none. Blurs caustics by about a pixel, less with more samples [0]",
-              [&s](auto text) { return store(parse_number(text, 0.0, 1.0), s.photons); });
+void add_photons_flag(FlagSet& flags, ImageSettings& o) {
+  flags.value(
+      "--photons", "auto|FRACTION",
+      fmt::format("Gather photons where caustics are seen, also in mirrors and through glass: this many for each "
+                  "sample of a pixel; 0: none; auto: as many as pay off, by a short pilot. Blurs caustics by "
+                  "about a pixel, less with more samples [{}]",
+                  o.chooses_photons ? "auto" : "0"),
+      [&o](auto text) { return set_fraction(text, o.chooses_photons, o.integrator.photons); });
 }
 
 void add_environment_filter_flag(FlagSet& flags, IntegratorSettings& s) {

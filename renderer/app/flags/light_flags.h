@@ -13,7 +13,7 @@ void add_direct_samples_flag(FlagSet& flags, ImageSettings& settings);
 void add_reflection_samples_flag(FlagSet& flags, ImageSettings& settings);
 void add_path_reuse_flag(FlagSet& flags, ImageSettings& settings);
 void add_light_paths_flag(FlagSet& flags, ImageSettings& settings);
-void add_photons_flag(FlagSet& flags, IntegratorSettings& settings);
+void add_photons_flag(FlagSet& flags, ImageSettings& options);
 void add_environment_filter_flag(FlagSet& flags, IntegratorSettings& settings);
 void add_manifold_samples_flag(FlagSet& flags, IntegratorSettings& settings);
 void add_light_groups_flag(FlagSet& flags, IntegratorSettings& settings);

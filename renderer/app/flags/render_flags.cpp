@@ -187,7 +187,7 @@ void add_integrator_flags(FlagSet& flags, RenderOptions& o) {
   add_reflection_samples_flag(flags, o);
   add_path_reuse_flag(flags, o);
   add_light_paths_flag(flags, o);
-  add_photons_flag(flags, o.integrator);
+  add_photons_flag(flags, o);
   add_environment_filter_flag(flags, o.integrator);
   add_manifold_samples_flag(flags, o.integrator);
   flags.value("--guiding", "MODE",
@@ -361,7 +361,7 @@ void add_info_flags(FlagSet& flags, InfoOptions& o) {
   add_layer_estimate_flags(flags, o.image.aovs);
   add_light_groups_flag(flags, o.image.integrator);
   add_light_paths_flag(flags, o.image);
-  add_photons_flag(flags, o.image.integrator);
+  add_photons_flag(flags, o.image);
   add_environment_filter_flag(flags, o.image.integrator);
   flags.value(
       "--denoise", "off|fast|best", fmt::format("Denoising [{}]", denoising_name(o.image.denoising)), [&o](auto text) {

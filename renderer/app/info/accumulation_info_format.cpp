@@ -113,6 +113,8 @@ std::string format_accumulation_table(const AccumulationInfo& info) {
                   summary.work.runs == 1 ? "" : "es", format_count(static_cast<double>(summary.work.rays.total()))));
   if (const std::optional<float>& chosen = summary.work.light_paths)
     add("light paths", *chosen > 0.0f ? fmt::format("for {:g} of the samples, chosen", *chosen) : "none, chosen");
+  if (const std::optional<float>& chosen = summary.work.photons)
+    add("photons", *chosen > 0.0f ? fmt::format("{:g} for each sample of a pixel, chosen", *chosen) : "none, chosen");
   if (const std::optional<int>& chosen = summary.work.direct_samples)
     add("light samples", fmt::format("{} at the first surface, chosen", *chosen));
   if (const std::optional<int>& chosen = summary.work.reflection_samples)
@@ -180,8 +182,8 @@ std::string format_accumulation_json(const AccumulationInfo& info) {
                   {"runs", summary.work.runs},
                   {"rays", summary.work.rays.total()},
                   {"non_finite_samples", summary.work.rays.non_finite}};
-  const std::optional<float>& chosen = summary.work.light_paths;
-  json["light_paths"] = chosen ? Json(*chosen) : Json();
+  json["light_paths"] = summary.work.light_paths ? Json(*summary.work.light_paths) : Json();
+  json["photons"] = summary.work.photons ? Json(*summary.work.photons) : Json();
   json["direct_samples"] = summary.work.direct_samples ? Json(*summary.work.direct_samples) : Json();
   json["reflection_samples"] = summary.work.reflection_samples ? Json(*summary.work.reflection_samples) : Json();
   json["path_reuse"] = summary.work.path_reuse ? Json(*summary.work.path_reuse) : Json();

@@ -32,6 +32,7 @@ std::string training_flag(uint64_t training_paths) { return fmt::format(" --trai
 std::string light_paths_flag(float fraction) { return fmt::format(" --light-paths {}", fraction); }
 std::string direct_samples_flag(int samples) { return fmt::format(" --direct-samples {}", samples); }
 std::string reflection_samples_flag(int samples) { return fmt::format(" --reflection-samples {}", samples); }
+std::string photons_flag(float fraction) { return fmt::format(" --photons {}", fraction); }
 std::string path_reuse_flag(int pixels) { return fmt::format(" --path-reuse {}", pixels); }
 
 ImageMetadata metadata_of(const Accumulation& accumulation) {
@@ -41,6 +42,7 @@ ImageMetadata metadata_of(const Accumulation& accumulation) {
   for (const std::string& argument : accumulation.identity.arguments) command_line += ' ' + shell_quote(argument);
   if (state.work.training_paths) command_line += training_flag(*state.work.training_paths);
   if (state.work.training_paths && state.work.light_paths) command_line += light_paths_flag(*state.work.light_paths);
+  if (state.work.training_paths && state.work.photons) command_line += photons_flag(*state.work.photons);
   if (state.work.training_paths && state.work.direct_samples)
     command_line += direct_samples_flag(*state.work.direct_samples);
   if (state.work.training_paths && state.work.reflection_samples)

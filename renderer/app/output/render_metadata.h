@@ -23,5 +23,6 @@ namespace kindling::app {
 [[nodiscard]] std::string direct_samples_flag(int samples);
 [[nodiscard]] std::string reflection_samples_flag(int samples);
 [[nodiscard]] std::string path_reuse_flag(int pixels);
+[[nodiscard]] std::string photons_flag(float fraction);
 
 } // namespace kindling::app

@@ -55,6 +55,11 @@ std::string pilot_lines(const RenderStatistics& s, double mean_spp) {
                        p.count > 1 ? fmt::format("{} pixels share their paths", p.count)
                                    : std::string("no paths are shared between pixels"),
                        p.predicted);
+  if (const PhotonChoice& p = s.photons; p.paths > 0)
+    text += pilot_line("photons", p.pilot_s,
+                       p.fraction > 0.0f ? fmt::format("{:g} photons for each sample of a pixel", p.fraction)
+                                         : std::string("no photons are gathered"),
+                       p.predicted);
   if (const RateChoice& c = s.sample_rates; c.paths > 0)
     text +=
         pilot_line("rates", c.pilot_s,

@@ -36,6 +36,11 @@ nlohmann::ordered_json light_paths_json(const LightPathChoice& l) {
           {"pilot_rays", l.rays.total()}};
 }
 
+nlohmann::ordered_json photons_json(const PhotonChoice& p) {
+  return {
+      {"fraction", p.fraction}, {"predicted", p.predicted}, {"pilot_paths", p.paths}, {"pilot_rays", p.rays.total()}};
+}
+
 nlohmann::ordered_json choice_json(std::string_view of, const SampleChoice& c) {
   return {{of, c.count}, {"predicted", c.predicted}, {"pilot_paths", c.paths}, {"pilot_rays", c.rays.total()}};
 }
@@ -102,24 +107,24 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["view"] = r.view;
   json["interrupted"] = r.interrupted;
   json["warnings"] = r.warnings;
-  json["phases"] = {
-      {"load", r.times.load_s},
-      {"files", r.times.import.files.wall_s},
-      {"meshes", r.times.import.meshes.wall_s},
-      {"tangents", r.times.import.tangents.wall_s},
-      {"textures", r.times.import.textures.wall_s},
-      {"environment", r.times.environment.image.wall_s},
-      {"distribution", r.times.environment.distribution.wall_s},
-      {"build", r.times.build_s},
-      {"levels", r.world.times.textures.wall_s},
-      {"geometry", r.world.times.geometry.wall_s},
-      {"lights", r.world.times.lights.wall_s},
-      {"accelerator", r.world.times.accelerator.wall_s},
-      {"pilot", s.light_paths.pilot_s + s.path_reuse.pilot_s + s.direct_samples.pilot_s + s.sample_rates.pilot_s},
-      {"training", s.guiding.training_s},
-      {"render", r.times.render_s},
-      {"denoise", r.times.denoise_s},
-      {"write", r.times.write_s}};
+  json["phases"] = {{"load", r.times.load_s},
+                    {"files", r.times.import.files.wall_s},
+                    {"meshes", r.times.import.meshes.wall_s},
+                    {"tangents", r.times.import.tangents.wall_s},
+                    {"textures", r.times.import.textures.wall_s},
+                    {"environment", r.times.environment.image.wall_s},
+                    {"distribution", r.times.environment.distribution.wall_s},
+                    {"build", r.times.build_s},
+                    {"levels", r.world.times.textures.wall_s},
+                    {"geometry", r.world.times.geometry.wall_s},
+                    {"lights", r.world.times.lights.wall_s},
+                    {"accelerator", r.world.times.accelerator.wall_s},
+                    {"pilot", s.light_paths.pilot_s + s.path_reuse.pilot_s + s.direct_samples.pilot_s +
+                                  s.photons.pilot_s + s.sample_rates.pilot_s},
+                    {"training", s.guiding.training_s},
+                    {"render", r.times.render_s},
+                    {"denoise", r.times.denoise_s},
+                    {"write", r.times.write_s}};
   json["total_s"] = r.times.total_s;
   json["time_to_first_ray_s"] = r.times.before_render_s;
   json["time_to_first_pixel_s"] = r.time_to_first_pixel_s();
@@ -129,6 +134,7 @@ std::string format_stats_json(const RenderReport& r, bool one_line) {
   json["direct_samples"] = choice_json("samples", s.direct_samples);
   json["direct_samples"]["reflection_samples"] = s.direct_samples.reflections;
   json["path_reuse"] = choice_json("pixels", s.path_reuse);
+  json["photons"] = photons_json(s.photons);
   json["sample_rates"] = sample_rates_json(s.sample_rates);
   json["schedule"] = schedule_name(r.schedule);
   json["idle_s"] = s.idle_s;

@@ -253,6 +253,7 @@ class ImageRender {
       report_.command_line += training_flag(*outcome.work.training_paths);
     if (outcome.work.light_paths && settings_.time_limit_s)
       report_.command_line += light_paths_flag(*outcome.work.light_paths);
+    if (outcome.work.photons && settings_.time_limit_s) report_.command_line += photons_flag(*outcome.work.photons);
     if (outcome.work.direct_samples && settings_.time_limit_s)
       report_.command_line += direct_samples_flag(*outcome.work.direct_samples);
     if (outcome.work.reflection_samples && settings_.time_limit_s)

@@ -34,8 +34,8 @@ uint64_t film_bytes(const MemoryRequest& request) {
 uint64_t photon_map_bytes(const MemoryRequest& request) {
   if (request.photons == 0.0f) return 0;
   const double pixels = static_cast<double>(request.size_px.x) * static_cast<double>(request.size_px.y);
-  return PhotonMaps(static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels)))
-      .bytes_per_map();
+  const auto paths = static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels));
+  return PhotonMaps(paths, PhotonMaps::samples_per_map(paths)).bytes_per_map();
 }
 
 uint64_t count_mattes(AovSet aovs) {

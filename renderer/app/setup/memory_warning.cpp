@@ -7,6 +7,7 @@
 #include "renderer/integrator/light_paths/casters.h"
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/choose_photons.h"
 #include "renderer/world/light_groups/light_groups.h"
 
 #include <tbb/task_arena.h>
@@ -51,6 +52,8 @@ void add_parts_of_light(const RenderOptions& options, const Scene& scene, const 
   request.light_groups = max_light_groups(options.integrator.light_groups, scene, posed);
   request.light_paths = options.integrator.light_paths > 0.0f || (options.chooses_light_paths && may_cast(scene));
   request.photons = options.integrator.photons;
+  if (options.chooses_photons && options.integrator.photons == 0.0f && may_cast(scene))
+    request.photons = max_chosen_photons(request.size_px);
 }
 
 std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const PosedImage& image,
@@ -67,10 +70,10 @@ std::optional<std::string> warn_of_render_memory(const RenderScene& scene, const
       options.chooses_path_reuse ? kMaxPathReuse : static_cast<uint32_t>(options.integrator.path_reuse);
   add_parts_of_light(options, scene.scene, image.posed, request);
   // Whatever the camera is: one that light paths do not work with is rare.
-  if (options.chooses_light_paths && options.integrator.light_paths == 0.0f &&
-      !why_no_light_paths(to_render_settings(options, image.size_px), Camera(SceneCamera{}, M44f(), image.size_px))
-           .empty())
-    request.light_paths = false;
+  const RenderSettings settings = to_render_settings(options, image.size_px);
+  const Camera camera(SceneCamera{}, M44f(), image.size_px);
+  if (leaves_light_paths_open(settings) && !why_no_light_paths(settings, camera).empty()) request.light_paths = false;
+  if (leaves_photons_open(settings) && !why_no_photons(settings, camera).empty()) request.photons = 0.0f;
   request.denoising = options.denoising_of_images();
   request.threads = tbb::this_task_arena::max_concurrency();
   request.texture_memory_bytes = options.texture_memory_bytes;

@@ -27,7 +27,8 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   constexpr float kMaxPhotons = 0x1p31f; // they are numbered by 32 bits
   if (settings.photons > 0.0f) {
     photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
-    samples_per_map = PhotonMaps::samples_per_map(photon_paths_per_sample());
+    samples_per_map = settings.samples_per_photon_map > 0 ? settings.samples_per_photon_map
+                                                          : PhotonMaps::samples_per_map(photon_paths_per_sample());
   }
   constexpr float kMaxRadius = 0.02f; // in relation to the largest caster
   for (const EmissionTarget& target : emission.targets)

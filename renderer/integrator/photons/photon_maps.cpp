@@ -80,8 +80,8 @@ struct PhotonMaps::Building {
   Map map;                      // set before the state is complete
 };
 
-PhotonMaps::PhotonMaps(uint64_t paths_per_sample)
-    : samples_per_map_(samples_per_map(paths_per_sample)), paths_per_map_(paths_per_sample * samples_per_map_) {}
+PhotonMaps::PhotonMaps(uint64_t paths_per_sample, uint32_t k)
+    : samples_per_map_(k), paths_per_map_(paths_per_sample * k) {}
 
 PhotonMaps::~PhotonMaps() = default;
 
@@ -107,7 +107,8 @@ PhotonMaps::Map PhotonMaps::of_sample(uint32_t sample, const Trace& trace, const
   const std::shared_ptr<Building> building = find(sample / samples_per_map_);
   try {
     if (building->help(trace, stopped)) {
-      building->build();
+      // Else this thread might take a task of a pilot, which would wait for the map.
+      tbb::this_task_arena::isolate([&] { building->build(); });
       building->end(Building::State::complete);
     }
   } catch (...) {

@@ -22,11 +22,11 @@ class PhotonMaps {
   // Appends the photons of the light paths [first, first + count). Called on several threads.
   using Trace = std::function<void(uint64_t first, uint64_t count, std::vector<Photon>& photons)>;
 
-  // Samples [n k, (n + 1) k) of all pixels share map n, which has the photons of that many light
-  // paths times `paths_per_sample`. Small images share more, since small maps cost more to search.
-  explicit PhotonMaps(uint64_t paths_per_sample);
+  // Samples [n k, (n + 1) k) of all pixels share map n, which has the photons of k times
+  // `paths_per_sample` light paths.
+  PhotonMaps(uint64_t paths_per_sample, uint32_t k);
   ~PhotonMaps();
-  // Returns that k.
+  // Returns the k of a render. It is larger for small images, since small maps cost more to search.
   [[nodiscard]] static uint32_t samples_per_map(uint64_t paths_per_sample);
   // Returns the bytes of the photons of a map, at most: two of each path are more than scenes of
   // water and glass have.

@@ -10,7 +10,8 @@ namespace kindling {
 PhotonSource::PhotonSource(const PathStages& stages, std::unique_ptr<const LightPaths> light_paths, const World& world,
                            int threads, LightGroups groups)
     : stages_(stages), light_paths_(std::move(light_paths)), world_(world), groups_(std::move(groups)),
-      groups_view_(groups_.view()), maps_(light_paths_->photon_paths_per_sample()), arena_(threads) {}
+      groups_view_(groups_.view()), maps_(light_paths_->photon_paths_per_sample(), light_paths_->samples_per_map),
+      arena_(threads) {}
 
 PhotonMaps::Map PhotonSource::of_sample(uint32_t sample, RayCounters& counters) {
   const PhotonMaps::Trace trace = [&](uint64_t first, uint64_t count, std::vector<Photon>& photons) {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,10 +18,11 @@ namespace {
 
 constexpr size_t kRuns = 2;                          // independent renders of a block
 constexpr int64_t kMaxFilmPixels = int64_t{1} << 14; // blocks of large images are far apart
-constexpr double kFloorShare = 0.1;                  // of the image's mean luminance: below, the absolute error counts
 
-// Luminance of the pixels of a block, by setting and run.
-using BlockLuminance = std::array<std::array<std::vector<double>, kRuns>, kMaxNoiseSettings>;
+// Luminance of the pixels of a block, by setting and run, and what they have gathered.
+struct BlockLuminance : std::array<std::array<std::vector<double>, kRuns>, kMaxNoiseSettings> {
+  std::vector<GatheredPhoton> photons;
+};
 using Errors = std::array<double, kMaxNoiseSettings>; // by setting
 
 double square_of(double x) { return x * x; }
@@ -36,16 +38,23 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Returns the squared relative errors of all pixels, summed for each setting.
-Errors relative_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& shape) {
+// Adds the squared relative errors of all pixels for each setting, and the photons.
+void add_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& shape, MeasuredNoise& measured) {
   double sum = 0.0;
   for (const BlockLuminance& block : blocks) sum += mean_of(block[0][0]);
-  const double floor = kFloorShare * sum / static_cast<double>(blocks.size());
+  const double floor = shape.floor * sum / static_cast<double>(blocks.size());
   std::vector<Errors> errors;
   for (const BlockLuminance& block : blocks) {
     if (block[0][1].empty()) continue; // background
-    const double scale2 = square_of(0.5 * (mean_of(block[0][0]) + mean_of(block[0][1]))) + square_of(floor);
+    const auto& last = block[shape.settings - 1];
+    const auto& shown = shape.notes_photons ? last : block[0];
+    const double scale2 = square_of(0.5 * (mean_of(shown[0]) + mean_of(shown[1]))) + square_of(floor);
     if (!(scale2 > 0.0)) continue;
+    const auto scale = static_cast<float>(std::sqrt(scale2));
+    for (GatheredPhoton photon : block.photons) {
+      photon.luminance /= scale;
+      measured.photons.push_back(photon);
+    }
     for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel) {
       Errors& error = errors.emplace_back();
       for (size_t i = 0; i < shape.settings; ++i)
@@ -55,10 +64,8 @@ Errors relative_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlo
   std::sort(errors.begin(), errors.end(),
             [](const Errors& a, const Errors& b) { return std::pair(a[0] + a[1], a) < std::pair(b[0] + b[1], b); });
   errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - shape.trimmed)));
-  Errors sums{};
   for (const Errors& error : errors)
-    for (size_t i = 0; i < shape.settings; ++i) sums[i] += error[i];
-  return sums;
+    for (size_t i = 0; i < shape.settings; ++i) measured.error[i] += error[i];
 }
 
 // The blocks of a pilot, rendered with one setting after the other.
@@ -85,7 +92,7 @@ class NoiseSurvey {
     });
   }
 
-  [[nodiscard]] Errors errors() const { return relative_errors(blocks_, shape_); }
+  void add_errors_to(MeasuredNoise& measured) const { add_errors(blocks_, shape_, measured); }
 
  private:
   // Small blocks share a batch of paths.
@@ -117,7 +124,14 @@ class NoiseSurvey {
     std::vector<BlockWork> work;
     for (const size_t number : numbers) work.push_back({.block = grid_.blocks[number], .samples = {0, shape_.samples}});
     Film film(camera_.size_px(), bounds, AovSet{});
+    std::vector<GatheredPhoton> gathered;
+    context.gathered = shape_.notes_photons && setting + 1 == shape_.settings ? &gathered : nullptr;
     integrator.render_blocks(work, context, film);
+    context.gathered = nullptr;
+    for (GatheredPhoton& photon : gathered) {
+      photon.run = static_cast<uint32_t>(run);
+      blocks_[grid_.cell_of(photon.pixel.x, photon.pixel.y)].photons.push_back(photon);
+    }
     for (size_t i = 0; i < work.size(); ++i) {
       std::vector<double>& luminances = blocks_[numbers[i]][setting][run];
       const PixelRect& block = work[i].block;
@@ -161,11 +175,12 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
       choice.paths += work.rays.paths;
       choice.busy_s += work.busy_s;
       measured.shadow_rays[setting] += static_cast<double>(work.rays.shadow);
+      measured.photon_rays[setting] += static_cast<double>(work.rays.photon);
       if (setting > 0) continue;
       measured.bounce_rays += static_cast<double>(work.rays.bounce);
       if (run == 0) measured.camera_rays += kRuns * static_cast<double>(work.rays.camera);
     }
-  if (measured.complete) measured.error = survey.errors();
+  if (measured.complete) survey.add_errors_to(measured);
   choice.pilot_s += std::chrono::duration<double>(Clock::now() - start).count();
   return measured;
 }

@@ -4,6 +4,7 @@
 
 #include "renderer/camera/camera.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/photons/gathered_photon.h"
 #include "renderer/sampling/pixel_filter.h"
 #include "renderer/world/world.h"
 
@@ -11,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace kindling {
 
@@ -43,6 +45,10 @@ struct NoiseBlocks {
   uint32_t samples = 0;
   size_t settings = 2;    // at most kMaxNoiseSettings
   double trimmed = 0.005; // share of the pixels that do not count: fireflies
+  double floor = 0.1;     // of the image's mean luminance: below, the absolute error counts
+  // The last setting has photons. They are noted, and errors are relative to its blocks, which have
+  // fewer sparkles.
+  bool notes_photons = false;
 
   [[nodiscard]] uint64_t paths_per_block() const {
     return uint64_t{2} * settings * samples * static_cast<uint64_t>(side * side);
@@ -62,7 +68,10 @@ inline constexpr RayCosts kSampleRayCosts{.camera = 1.0, .bounce = 3.0, .shadow 
 struct MeasuredNoise {
   bool complete = false;                         // neither stopped nor too few paths for a block
   std::array<double, kMaxNoiseSettings> error{}; // squared relative errors, summed over the same pixels
-  std::array<double, kMaxNoiseSettings> shadow_rays{};
+  std::array<double, kMaxNoiseSettings> shadow_rays{}, photon_rays{};
+  // Those of the last setting, if NoiseBlocks::notes_photons; their luminance is relative to their
+  // block.
+  std::vector<GatheredPhoton> photons;
   double camera_rays = 0.0, bounce_rays = 0.0; // of the first setting, with the background's
 
   [[nodiscard]] double cost(const RayCosts& costs) const { // of the first setting
@@ -72,9 +81,9 @@ struct MeasuredNoise {
 };
 
 // Renders blocks with settings.integrator as `change(_, number)` leaves it, which changes nothing
-// of the paths themselves. Blocks that sample no light, the background, are rendered once and do
-// not count. All settings have the same paths, so their differences in noise are those of the
-// changes. Adds its cost to `choice`.
+// of the paths themselves; photons may be gathered beside them. Blocks that sample no light, the
+// background, are rendered once and do not count. All settings have the same paths, so their
+// differences in noise are those of the changes. Adds its cost to `choice`.
 //
 // A function of world, camera and settings: threads do not change it. Runs on the threads of the
 // current TBB arena. `stopped` is polled between blocks and may be empty.

@@ -236,7 +236,8 @@ inline void PathStages::add_weighted(const Vertex& vertex, const Lights& lights,
 // path, and no sink records the sample itself.
 template <typename Sink>
 inline bool PathStages::only_weights(const Vertex& vertex, const PathInFlight& path, const Sink& sink) const {
-  if (Sink::kSplits || sink.records() || joins_light_paths<Sink>() || path.state.in_medium) return false;
+  if (Sink::kSplits || sink.records() || path.state.in_medium) return false;
+  if (joins_light_paths<Sink>() && path.state.light_path_scale != 0.0f) return false;
   return !(vertex.layers && vertex.surface.layers.boundary);
 }
 

@@ -7,6 +7,7 @@
 #include "renderer/sampling/sample_rates.h"
 #include "renderer/session/check_settings.h"
 #include "renderer/session/prepare/choose_light_paths.h"
+#include "renderer/session/prepare/choose_photons.h"
 #include "renderer/session/prepare/pilot_integrator.h"
 #include "renderer/session/prepare/train_guide.h"
 
@@ -68,8 +69,8 @@ class SamplePilots {
                                  std::exchange(settings.chooses_reflection_samples, false),
                                  std::exchange(settings.chooses_path_reuse, false)} {
     const IntegratorSettings& integrator = settings.integrator;
-    const bool lit = integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f &&
-                     integrator.photons == 0.0f && !world.lights.empty();
+    const bool lit = integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f && !world.lights.empty();
+    // Beside photons, which leave this noise alone, it is measured without them.
     open_.lights &= lit;
     open_.reflections &= lit;
     open_.pixels =
@@ -153,6 +154,26 @@ RateChoice prepare_sample_rates(const World& world, const Camera& camera, Render
   return choice;
 }
 
+// Trains the guide beside the light paths or photons that were chosen.
+void train_again(const World& world, const Camera& camera, const RenderSettings& settings,
+                 const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
+                 TrainedGuide& trained) {
+  const TrainedGuide before = std::exchange(trained, train_guide(world, camera, settings, stopped, on_done));
+  trained.statistics.training_s += before.statistics.training_s;
+  trained.statistics.rays.add(before.statistics.rays);
+  trained.busy_s += before.busy_s;
+}
+
+// Stores the photons that were chosen. `open`: the settings before pilots chose anything beside.
+void take_photons(const World& world, const Camera& camera, const RenderSettings& open,
+                  const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
+                  RenderSettings& settings, PreparedPaths& prepared) {
+  settings.integrator = with_photons(open, prepared.photons.fraction).integrator;
+  prepared.path_reuse.count = settings.integrator.path_reuse;
+  prepared.path_reuse.predicted = 1.0;
+  train_again(world, camera, settings, stopped, on_done, prepared.trained);
+}
+
 } // namespace
 
 PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
@@ -165,15 +186,17 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
     prepared.light_paths = choose_light_paths(world, camera, settings, prepared.trained.guide.get(), stopped, listener);
     settings.chooses_light_paths = false;
     settings.integrator.light_paths = prepared.light_paths.fraction;
-    if (prepared.light_paths.fraction > 0.0f) {
-      const TrainedGuide before =
-          std::exchange(prepared.trained, train_guide(world, camera, settings, stopped, on_done));
-      prepared.trained.statistics.training_s += before.statistics.training_s;
-      prepared.trained.statistics.rays.add(before.statistics.rays);
-      prepared.trained.busy_s += before.busy_s;
-    }
+    if (prepared.light_paths.fraction > 0.0f) train_again(world, camera, settings, stopped, on_done, prepared.trained);
   }
+  RenderSettings open = settings;
   SamplePilots(world, camera, settings, prepared.trained.guide.get(), stopped).choose(prepared);
+  prepared.photons.fraction = settings.integrator.photons;
+  if (leaves_photons_open(settings)) {
+    open.integrator = settings.integrator;
+    prepared.photons = choose_photons(world, camera, open, prepared.trained.guide.get(), stopped, listener);
+    settings.chooses_photons = false;
+    if (prepared.photons.fraction > 0.0f) take_photons(world, camera, open, stopped, on_done, settings, prepared);
+  }
   prepared.sample_rates = prepare_sample_rates(world, camera, settings, prepared.trained.guide.get(), stopped);
   return prepared;
 }

@@ -15,16 +15,19 @@ struct PreparedPaths {
   LightPathChoice light_paths;
   SampleChoice path_reuse;
   DirectSampleChoice direct_samples;
+  PhotonChoice photons;
   RateChoice sample_rates;
 
   [[nodiscard]] double busy_s() const {
-    return trained.busy_s + light_paths.busy_s + path_reuse.busy_s + direct_samples.busy_s + sample_rates.busy_s;
+    return trained.busy_s + light_paths.busy_s + path_reuse.busy_s + direct_samples.busy_s + photons.busy_s +
+           sample_rates.busy_s;
   }
 };
 
 // Trains the guide of a render. If its light paths are left open, chooses them and, if there are
-// some, trains a guide beside them; if path reuse, light samples and sample rates are, chooses
-// those. Stores all of them in the settings, where sample rates are no longer `automatic` then.
+// some, trains a guide beside them; if path reuse, light samples, photons and sample rates are,
+// chooses those, and trains a guide beside photons. Stores all of them in the settings, where
+// sample rates are no longer `automatic` then.
 // `stopped`, `on_done` as in train_guide(), `listener` may be null.
 [[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
                                           const std::function<bool()>& stopped,
