@@ -22,14 +22,6 @@ std::string refusal_to_resume(const World& world, const RenderSettings& settings
   return outcome.ok() ? std::string() : outcome.error().message;
 }
 
-class PilotMessages final : public ProgressListener {
- public:
-  void on_progress(const ProgressSnapshot&) override {}
-  void on_warning(std::string_view message) override { warnings.emplace_back(message); }
-  void on_info(std::string_view message) override { notes.emplace_back(message); }
-  std::vector<std::string> warnings, notes;
-};
-
 TEST(ChooseLightPaths, ChoosesThemWhereLightComesThroughGlass) {
   const auto world = glass_world(accel::Kind::kdtree);
   const RenderOutcome outcome = render_open(*world, open_settings());
@@ -186,21 +178,9 @@ TEST(ChooseLightPaths, StoppedPilotsChooseLater) {
 }
 
 TEST(ChooseLightPaths, AreOffBesideOtherSettings) {
-  const auto world = glass_world(accel::Kind::kdtree);
-  const auto expect_none = [&](const char* words, void (*change)(RenderSettings&)) {
-    RenderSettings settings = open_settings(2);
-    change(settings);
-    PilotMessages messages;
-    const Result<RenderOutcome> outcome = render(*world, glass_camera(kPilotSize), settings, nullptr, &messages);
-    ASSERT_TRUE(outcome.ok()) << outcome.error().message;
-    const LightPathChoice& choice = outcome.value().statistics.light_paths;
-    EXPECT_EQ(choice.fraction, 0.0f) << words;
-    EXPECT_EQ(choice.camera_paths, 0U) << words;
-    EXPECT_NE(choice.why_none.find(words), std::string::npos) << choice.why_none;
-    ASSERT_EQ(messages.notes.size(), 1U) << words;
-    EXPECT_NE(messages.notes[0].find(words), std::string::npos) << messages.notes[0];
-    settings.chooses_light_paths = false;
-    expect_same_bits(outcome.value().film, render_open(*world, settings).film, words);
+  const auto expect_none = [](const char* words, void (*change)(RenderSettings&)) {
+    expect_no_choice(open_settings(2), &RenderSettings::chooses_light_paths, &RenderStatistics::light_paths,
+                     &LightPathChoice::camera_paths, words, change);
   };
   expect_none("not with --clamp-indirect", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
   expect_none("with --outliers trim", [](RenderSettings& s) { s.outliers = Outliers::trim; });

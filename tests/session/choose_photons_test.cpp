@@ -22,14 +22,6 @@ RenderSettings given_photons(float fraction, uint32_t samples = 5) {
   return settings;
 }
 
-class PhotonNotes final : public ProgressListener {
- public:
-  void on_progress(const ProgressSnapshot&) override {}
-  void on_warning(std::string_view) override {}
-  void on_info(std::string_view message) override { notes.emplace_back(message); }
-  std::vector<std::string> notes;
-};
-
 TEST(ChoosePhotons, ChoosesThemWhereLightComesThroughGlass) {
   const auto world = glass_world(accel::Kind::kdtree);
   const RenderOutcome outcome = render_open(*world, photons_open());
@@ -190,21 +182,9 @@ TEST(ChoosePhotons, BesideLightSamplesAndInPlaceOfPathReuse) {
 }
 
 TEST(ChoosePhotons, AreOffBesideOtherSettings) {
-  const auto world = glass_world(accel::Kind::kdtree);
-  const auto expect_none = [&](const char* words, void (*change)(RenderSettings&)) {
-    RenderSettings settings = photons_open(2);
-    change(settings);
-    PhotonNotes listener;
-    const Result<RenderOutcome> outcome = render(*world, glass_camera(kPilotSize), settings, nullptr, &listener);
-    ASSERT_TRUE(outcome.ok()) << outcome.error().message;
-    const PhotonChoice& choice = outcome.value().statistics.photons;
-    EXPECT_EQ(choice.fraction, 0.0f) << words;
-    EXPECT_EQ(choice.paths, 0U) << words;
-    EXPECT_NE(choice.why_none.find(words), std::string::npos) << choice.why_none;
-    ASSERT_EQ(listener.notes.size(), 1U) << words;
-    EXPECT_NE(listener.notes[0].find(words), std::string::npos) << listener.notes[0];
-    settings.chooses_photons = false;
-    expect_same_bits(outcome.value().film, render_open(*world, settings).film, words);
+  const auto expect_none = [](const char* words, void (*change)(RenderSettings&)) {
+    expect_no_choice(photons_open(2), &RenderSettings::chooses_photons, &RenderStatistics::photons,
+                     &PhotonChoice::paths, words, change);
   };
   expect_none("not with --clamp-indirect", [](RenderSettings& s) { s.integrator.clamp_indirect = 1.0f; });
   expect_none("not with --light-paths", [](RenderSettings& s) { s.integrator.light_paths = 0.5f; });

@@ -5,6 +5,8 @@
 #include "tests/session/mixed_scene.h"
 #include "tests/session/same_bits.h"
 
+#include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -42,6 +44,35 @@ inline RenderOutcome render_open(const World& world, const RenderSettings& setti
       render(world, glass_camera(settings.size_px), settings, cancel, nullptr, std::move(continuity));
   EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message);
   return std::move(outcome).value();
+}
+
+class PilotMessages final : public ProgressListener {
+ public:
+  void on_progress(const ProgressSnapshot&) override {}
+  void on_warning(std::string_view message) override { warnings.emplace_back(message); }
+  void on_info(std::string_view message) override { notes.emplace_back(message); }
+  std::vector<std::string> warnings, notes;
+};
+
+// Expects that the pilot of glass_world() is left out with settings that `change` has made, and
+// that a note with these words gives the reason.
+template <typename Choice>
+void expect_no_choice(RenderSettings settings, bool RenderSettings::*open, Choice RenderStatistics::*report,
+                      std::type_identity_t<uint64_t Choice::*> paths, const char* words,
+                      void (*change)(RenderSettings&)) {
+  const auto world = glass_world(accel::Kind::kdtree);
+  change(settings);
+  PilotMessages messages;
+  const Result<RenderOutcome> outcome = render(*world, glass_camera(kPilotSize), settings, nullptr, &messages);
+  ASSERT_TRUE(outcome.ok()) << outcome.error().message;
+  const Choice& choice = outcome.value().statistics.*report;
+  EXPECT_EQ(choice.fraction, 0.0f) << words;
+  EXPECT_EQ(choice.*paths, 0U) << words;
+  EXPECT_NE(choice.why_none.find(words), std::string::npos) << choice.why_none;
+  ASSERT_EQ(messages.notes.size(), 1U) << words;
+  EXPECT_NE(messages.notes[0].find(words), std::string::npos) << messages.notes[0];
+  settings.*open = false;
+  expect_same_bits(outcome.value().film, render_open(*world, settings).film, words);
 }
 
 // Returns the variance of all components over their squared mean plus `floor`, summed; by eight

@@ -74,8 +74,8 @@ struct MeasuredNoise {
   std::vector<GatheredPhoton> photons;
   double camera_rays = 0.0, bounce_rays = 0.0; // of the first setting, with the background's
 
-  [[nodiscard]] double cost(const RayCosts& costs) const { // of the first setting
-    return costs.camera * camera_rays + costs.bounce * bounce_rays + costs.shadow * shadow_rays[0];
+  [[nodiscard]] double cost(const RayCosts& costs, size_t setting = 0) const { // without photons
+    return costs.camera * camera_rays + costs.bounce * bounce_rays + costs.shadow * shadow_rays[setting];
   }
   [[nodiscard]] double more_shadow_rays() const { return std::max(shadow_rays[1] - shadow_rays[0], 0.0); }
 };

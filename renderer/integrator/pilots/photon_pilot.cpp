@@ -160,9 +160,7 @@ class PhotonPilot {
 
   // Returns the cost of a setting, if it has so many times the photons that were measured.
   [[nodiscard]] double cost(size_t setting, double of_measured) const {
-    const double rays = kSampleRayCosts.camera * measured_.camera_rays +
-                        kSampleRayCosts.bounce * measured_.bounce_rays +
-                        kSampleRayCosts.shadow * measured_.shadow_rays[setting];
+    const double rays = measured_.cost(kSampleRayCosts, setting);
     if (setting + 1 < settings_count_) return rays;
     // Maps are those of the whole image, of which the blocks are a part.
     const double image = static_cast<double>(camera_.size_px().x) * static_cast<double>(camera_.size_px().y);

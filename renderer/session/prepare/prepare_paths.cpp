@@ -70,7 +70,7 @@ class SamplePilots {
                                  std::exchange(settings.chooses_path_reuse, false)} {
     const IntegratorSettings& integrator = settings.integrator;
     const bool lit = integrator.kind == IntegratorKind::path && integrator.light_paths == 0.0f && !world.lights.empty();
-    // Beside photons, which leave this noise alone, it is measured without them.
+    // Photons do not change the noise of direct light, so it is measured without them.
     open_.lights &= lit;
     open_.reflections &= lit;
     open_.pixels =
