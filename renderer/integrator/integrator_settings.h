@@ -73,9 +73,8 @@ struct IntegratorSettings {
   V2i crop_min{0}, crop_end{0};
   float photons = 0.0f; // paths of photons for each sample of a pixel (PhotonMaps); IntegratorKind::path alone
   uint32_t samples_per_photon_map = 0; // of a pixel, in pilots; 0: PhotonMaps::samples_per_map()
-  // Widths, in pixels over the number of samples, of what clear glass and perfect mirrors show of
-  // the environment in one sample (specular_cone()); 0: a point. IntegratorKind::path
-  // alone.
+  // Widths, in pixels over the number of samples, of what glass and mirrors show of the environment
+  // in one sample (specular_cone()); 0: a point. IntegratorKind::path alone.
   float environment_filter = 1.0f;
   // First walks to lamps without a size by way of smooth glass (manifold_walk.h), at each surface
   // of a path; 0: none; IntegratorKind::path alone.

@@ -66,30 +66,51 @@ TEST(SpecularCone, WidensAsNeighboringRaysDo) {
   }
 }
 
-// Beads of clear glass, one behind another, below a sky with a lamp.
-Mean beads(uint32_t samples, float filter) {
+// The bundle leaves a sphere by a normal that turns by width / radius.
+TEST(SpecularCone, CoversNarrowLobesAlone) {
+  Met met = sphere_met(0.3f);
+  constexpr float kEta = 1.0f / 1.5f, kWidth = 0.1f, kSpread = 0.02f;
+  const float spread = 1.5f * kSpread + 0.5f * kWidth / kRadius; // along the normal, leaving glass
+  const auto covers = [&](float lobe) {
+    met.surface.bsdf.roughness = std::sqrt(lobe); // of 2 * 0.5 * roughness^2
+    return bundle_covers_lobe(*met.world, met.hit, met.surface, kEta, {kWidth, kSpread}, 0.5f * kInvPi);
+  };
+  EXPECT_TRUE(covers(0.99f * spread));
+  EXPECT_FALSE(covers(1.01f * spread));
+}
+
+// Beads of glass, one behind another, below a sky with a lamp, and with another lamp beside them.
+Mean beads(uint32_t samples, float filter, float roughness) {
   std::vector<Primitive> all;
   for (int i = 0; i < 27; ++i)
     all.push_back(sphere(
         V3f(static_cast<float>(i % 3), static_cast<float>(i / 3 % 3), static_cast<float>(i / 9)) * 0.6f - V3f(0.6f),
         0.29f, 24, 0));
-  const auto world =
-      make_world(make_scene({glass_material(0.0f)}, std::move(all)), accel::Kind::kdtree, sky_with_a_lamp(60.0f));
+  all.push_back(quad(V3f(-1.5f, 1.5f, -0.5f), V3f(0, 0, 1), V3f(1, 0.4f, 0), 1));
+  const auto world = make_world(make_scene({glass_material(roughness), emissive_material(Rgb(3.0f))}, std::move(all)),
+                                accel::Kind::kdtree, sky_with_a_lamp(60.0f));
   RenderSettings settings = small_render({24, 24}, samples);
   settings.integrator.environment_filter = filter;
   return render_mean(*world, bell_camera(settings.size_px), settings);
 }
 
+// Clear glass, and glass whose lobes are narrower than the bundles of so many samples.
 TEST(EnvironmentFilter, LeavesLessNoiseBehindUnevenGlass) {
-  const Mean point = beads(16, 0.0f), area = beads(16, 1.0f);
-  EXPECT_LT(area.standard_error, 0.9 * point.standard_error);
-  EXPECT_GT(area.standard_error, 0.1 * point.standard_error);
+  for (const float roughness : {0.0f, 0.15f}) {
+    const Mean point = beads(16, 0.0f, roughness), area = beads(16, 1.0f, roughness);
+    EXPECT_LT(area.standard_error, 0.9 * point.standard_error) << roughness;
+    EXPECT_GT(area.standard_error, 0.1 * point.standard_error) << roughness;
+  }
 }
 
 TEST(EnvironmentFilter, HasTheSameMeanWithManySamples) {
-  const Mean point = beads(1024, 0.0f), area = beads(1024, 1.0f);
-  EXPECT_NEAR(area.luminance, point.luminance, 4.5 * std::hypot(area.standard_error, point.standard_error));
-  EXPECT_LT(point.standard_error, 0.015 * point.luminance); // so a tenth more or less light would fail
+  for (const float roughness : {0.0f, 0.08f}) {
+    const Mean point = beads(1024, 0.0f, roughness), area = beads(1024, 1.0f, roughness);
+    EXPECT_NE(area.luminance, point.luminance) << roughness;
+    EXPECT_NEAR(area.luminance, point.luminance, 4.5 * std::hypot(area.standard_error, point.standard_error))
+        << roughness;
+    EXPECT_LT(point.standard_error, 0.015 * point.luminance) << roughness; // so a tenth more or less light would fail
+  }
 }
 
 } // namespace

@@ -107,11 +107,10 @@ void add_photons_flag(FlagSet& flags, ImageSettings& o) {
 }
 
 void add_environment_filter_flag(FlagSet& flags, IntegratorSettings& s) {
-  flags.value(
-      "--environment-filter", "PIXELS",
-      "Average what clear glass and mirrors show of the environment over this many pixels divided by the number "
-      "of samples, for less noise behind uneven glass; 0: not [1]",
-      [&s](auto text) { return store(parse_number(text, 0.0, kMaxEnvironmentFilter), s.environment_filter); });
+  flags.value("--environment-filter", "PIXELS",
+              "Average what glass and mirrors show of the environment over this many pixels divided by the number of "
+              "samples, for less noise behind uneven glass; 0: not [1]",
+              [&s](auto text) { return store(parse_number(text, 0.0, kMaxEnvironmentFilter), s.environment_filter); });
 }
 
 void add_manifold_samples_flag(FlagSet& flags, IntegratorSettings& s) {

@@ -23,6 +23,11 @@ inline bool PathStages::may_receive(const Vertex& vertex, const V3f& wi) {
   return vertex.layers ? front == (wi.dot(vertex.frame.normal) > 0.0f) : front;
 }
 
+// Returns whether the light of a sample is left to the direction of the path.
+inline bool PathStages::is_left(const Vertex& vertex, const LightSample& light) {
+  return vertex.environment_left && light.kind == LightKind::environment;
+}
+
 inline std::optional<V3f> PathStages::reflection_direction(const Vertex& vertex, uint32_t number, uint32_t count,
                                                            const PathInFlight& path) {
   LightDraws draws;
@@ -68,7 +73,7 @@ template <typename Lights, typename Sink>
     } else if (const std::optional<V3f> wi = reflection_direction(vertex, number - count, counts.reflections, path)) {
       light = reflected_light(environment_probability, *wi, world->lights.locate_in_environment(*wi));
     }
-    if (light && may_receive(vertex, light->wi))
+    if (light && !is_left(vertex, *light) && may_receive(vertex, light->wi))
       light_vertex(vertex, *light, vertex.bsdf.eval(light->wi), number, counts, path, sink, reused);
   }
 }
@@ -153,7 +158,7 @@ inline void PathStages::find_ready(const Vertex& vertex, const Lights& lights, c
                                    const PathInFlight& path, ReadySamples& samples) const {
   for (uint32_t number = 0; number < counts.lights; ++number) {
     const std::optional<LightSample>& light = lights[number];
-    if (light && may_receive(vertex, light->wi)) samples.add(number, light->wi);
+    if (light && !is_left(vertex, *light) && may_receive(vertex, light->wi)) samples.add(number, light->wi);
   }
   std::array<V3f, kMaxReflectionSamples> reflections;
   std::array<EnvironmentView::Location*, kMaxReflectionSamples> located;

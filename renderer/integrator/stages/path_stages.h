@@ -95,6 +95,8 @@ struct PathStages {
     float time; // of the path's rays
     const SurfaceDraws& sampled;
     const LayersHere* layers; // null: the surface has no layers
+    // Light samples leave the environment to the direction of the path: leaves_environment().
+    bool environment_left = false;
   };
 
   // Widens the cone of a path by the way to its hit; returns the footprint there.
@@ -201,6 +203,13 @@ struct PathStages {
   void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
                Sink& sink) const;
   [[nodiscard]] static bool may_receive(const Vertex& vertex, const V3f& wi);
+  // Returns whether light samples leave the environment to the direction of the path: in rough
+  // glass whose lobe is narrower than the bundle of rays that the path stands for.
+  [[nodiscard]] bool leaves_environment(const Vertex& vertex, const PathState& state) const;
+  [[nodiscard]] static bool is_left(const Vertex& vertex, const LightSample& light);
+  // Returns PathState::specular_cone after a vertex.
+  [[nodiscard]] RayCone next_specular_cone(const Vertex& vertex, const GuidedBsdf::Sample& scattered,
+                                           const PathState& state) const;
   // The light samples at a surface and the reflection samples, which follow them.
   struct DirectCounts {
     uint32_t lights = 0, reflections = 0;
@@ -334,7 +343,7 @@ struct PathStages {
   IntegratorSettings settings;
   float sample_width = 1.0f; // width of a sample's cone relative to its pixel's
   // The factor from the spread of PathState::specular_cone to the width of an area of the
-  // environment, in full turns; 0: clear glass and mirrors show it at its finest.
+  // environment, in full turns; 0: glass and mirrors show it at its finest.
   float specular_scale = 0.0f;
   const WorldView* world = nullptr;
   const CameraView* camera = nullptr;

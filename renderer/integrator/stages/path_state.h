@@ -34,7 +34,7 @@ struct PathState {
   float reflection_ratio = 0.0f;
   const LightProbabilities* light_probabilities = nullptr;
   RayCone cone{.spread = -1.0f}; // footprint of the sample along its ray; spread below 0: not set yet, a camera ray
-  // The same as the curvature of surfaces widens it, while all were clear glass or perfect mirrors;
+  // The same as the curvature of surfaces widens it, while all were glass, mirrors or narrow lobes;
   // spread below 0: others were among them.
   RayCone specular_cone{.spread = -1.0f};
   float alpha = 1.0f;
@@ -49,6 +49,8 @@ struct PathState {
   WidestLobe widest_lobe;           // of the reflections so far; only for Caustics::regularized
   bool emission_only : 1 = false;   // a bounce limit is reached: only emission counts at the next hit
   bool in_medium : 1 = false;       // PathContext::media of the slot is valid and not empty
+  // No light sample competes with the ray for light of the environment: Vertex::environment_left.
+  bool environment_left : 1 = false;
   // Only with light paths: it was reflected off dispersive glass before it took on a wavelength.
   bool reflected_undispersed : 1 = false;
   // Only with light paths: all surfaces so far were casters that scattered it narrowly.

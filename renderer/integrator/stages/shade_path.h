@@ -91,6 +91,7 @@ template <typename Lights, typename Sink>
     else
       reused->note_second(vertex);
   }
+  vertex.environment_left = leaves_environment(vertex, state);
   if (reflects) add_lights(vertex, lights, path, sink, reused);
   if constexpr (Sink::kManifolds) {
     if (reflects && manifolds && !sink.records() && samples_light(surface))
@@ -128,6 +129,32 @@ inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path,
   } else {
     return nullptr;
   }
+}
+
+// Glass that neither reflects like a metal nor like chalk, so that all of its light is in narrow
+// lobes or in those of microfacets.
+inline bool is_glass_alone(const PathStages::Vertex& vertex) {
+  const SurfacePoint& surface = vertex.surface;
+  return vertex.layers && surface.layers.boundary && surface.layers.bsdf.transmission == 1.0f &&
+         surface.bsdf.metallic == 0.0f;
+}
+
+inline bool PathStages::leaves_environment(const Vertex& vertex, const PathState& state) const {
+  if (!(specular_scale > 0.0f && state.specular_cone.spread >= 0.0f)) return false;
+  if (!is_glass_alone(vertex) || vertex.surface.layers.entering || !samples_light(vertex.surface)) return false;
+  return bundle_covers_lobe(*world, vertex.hit, vertex.surface, vertex.layers->parameters->eta, state.specular_cone,
+                            specular_scale);
+}
+
+// Directions of a narrow lobe spread as those of a mirror or of clear glass would, if the normals
+// of microfacets stay the same from ray to ray.
+inline RayCone PathStages::next_specular_cone(const Vertex& vertex, const GuidedBsdf::Sample& scattered,
+                                              const PathState& state) const {
+  const bool narrow = scattered.pdf == 0.0f ||
+                      (scattered.lobe != Lobe::diffuse && (scattered.pdf > kNarrowDensity || is_glass_alone(vertex)));
+  if (!narrow || !(specular_scale > 0.0f) || state.specular_cone.spread < 0.0f) return {.spread = -1.0f};
+  return specular_cone(*world, vertex.hit, vertex.surface, scattered.wi,
+                       vertex.layers ? vertex.layers->parameters->eta : 1.0f, state.specular_cone);
 }
 
 template <typename Sink>
@@ -179,11 +206,8 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   state.emission_only = !count_bounce(scattered->lobe, scattered->pdf, state);
   if (settings.caustics == Caustics::regularized) state.widest_lobe.add(scattered->lobe, surface.bsdf.roughness);
   state.cone = scattered_cone(state.cone, scattered->pdf);
-  if (scattered->pdf > 0.0f || state.specular_cone.spread < 0.0f)
-    state.specular_cone.spread = -1.0f;
-  else if (specular_scale > 0.0f)
-    state.specular_cone = specular_cone(*world, vertex.hit, surface, wi,
-                                        vertex.layers ? vertex.layers->parameters->eta : 1.0f, state.specular_cone);
+  state.specular_cone = next_specular_cone(vertex, *scattered, state);
+  state.environment_left = vertex.environment_left;
   state.bsdf_pdf = scattered->pdf / lights;
   state.reflection_ratio = scattered->pdf > 0.0f ? reflections * scattered->reflection_pdf / scattered->pdf : 0.0f;
   state.previous_position = surface.position;
@@ -212,10 +236,6 @@ inline void PathStages::continue_through(const accel::Ray& ray, const SurfacePoi
   sink.extend(path, behind);
 }
 
-// Maximum width of the areas of the environment that a path averages, in full turns: wider cones
-// are not round.
-inline constexpr float kMaxTurns = 0.08f;
-
 template <typename Sink>
 inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentView::Location& at,
                                       const PathInFlight& path, Sink& sink) const {
@@ -236,7 +256,8 @@ inline void PathStages::shade_escaped(const accel::Ray& ray, const EnvironmentVi
   Rgb radiance;
   if (path.surface && path.surface->hit && !path.surface->guide_found)
     path.surface->guide_albedo = saturate(state.throughput * world->lights.environment_radiance(at));
-  if (state.bsdf_pdf > 0.0f) {
+  const bool competes = state.bsdf_pdf > 0.0f && !state.environment_left; // with light samples
+  if (competes) {
     const EnvironmentEval environment =
         world->lights.environment_eval(state.previous_position, state.previous_normal, at, state.light_probabilities);
     // Directions of reflection samples compete, too (light_vertex()).

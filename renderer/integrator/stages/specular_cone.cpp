@@ -1,4 +1,4 @@
-// Cones of paths that have met nothing but clear glass and perfect mirrors.
+// Cones of paths that have met nothing but glass, mirrors and narrow lobes.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/stages/specular_cone.h"
 
@@ -22,6 +22,15 @@ RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const Surfa
   const float sine2_before = std::min(eta * eta * (1.0f - cosine * cosine), 1.0f);
   const float refraction = std::abs(std::sqrt(1.0f - sine2_before) / eta - cosine);
   return {arriving.width_m, arriving.spread / eta + refraction * bend};
+}
+
+// A normal that turns by alpha turns the refracted ray by |1 / eta - 1| alpha, to either side.
+bool bundle_covers_lobe(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface, float eta,
+                        const RayCone& arriving, float specular_scale) {
+  const float alpha = surface.bsdf.roughness * surface.bsdf.roughness;
+  const float lobe = 2.0f * std::abs(1.0f / eta - 1.0f) * alpha;
+  const RayCone leaving = specular_cone(world, hit, surface, -surface.shading_normal, eta, arriving);
+  return std::min(leaving.spread * specular_scale, kMaxTurns) * (2.0f * kPi) > lobe;
 }
 
 } // namespace kindling
