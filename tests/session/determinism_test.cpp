@@ -264,7 +264,7 @@ TEST(RenderSession, CancelledAdaptiveRenderHasEqualCounts) {
   const Result<RenderOutcome> outcome = render(*world, test_camera(), settings, &token, &listener);
   ASSERT_TRUE(outcome.ok());
   EXPECT_TRUE(outcome.value().interrupted);
-  settings.planned_samples = settings.planned(); // likewise
+  settings.planned_samples = settings.planned(); // the width of the environment filter stays
   settings.samples_per_pixel = outcome.value().statistics.samples_per_pixel;
   ASSERT_GE(settings.samples_per_pixel, 40U);
   const Film whole = render_film(*world, settings);

@@ -131,8 +131,8 @@ inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path,
   }
 }
 
-// Glass that neither reflects like a metal nor like chalk, so that all of its light is in narrow
-// lobes or in those of microfacets.
+// Returns whether a surface is the boundary of a volume of glass that is neither metal nor has a
+// diffuse base.
 inline bool is_glass_alone(const PathStages::Vertex& vertex) {
   const SurfacePoint& surface = vertex.surface;
   return vertex.layers && surface.layers.boundary && surface.layers.bsdf.transmission == 1.0f &&
