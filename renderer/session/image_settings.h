@@ -144,7 +144,7 @@ struct ImageSettings {
   bool chooses_direct_samples = true;     // see RenderSettings
   bool chooses_reflection_samples = true; // likewise
   bool chooses_path_reuse = true;         // likewise
-  bool chooses_photons = false;           // if integrator.photons is 0; likewise
+  bool chooses_photons = true;            // if integrator.photons is 0; likewise
   std::optional<uint64_t> training_paths; // see RenderSettings
 
   [[nodiscard]] uint32_t samples_per_pixel() const {

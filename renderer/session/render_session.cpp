@@ -71,6 +71,21 @@ void set_crop(RenderSettings& settings, ProgressListener* listener) {
   listener->on_info(text.data());
 }
 
+// Photons are those of the whole image, too: warns if a pilot has chosen many for few pixels.
+void warn_of_photons(const RenderSettings& settings, ProgressListener* listener) {
+  const double per_sample = static_cast<double>(settings.integrator.photons) * static_cast<double>(settings.size_px.x) *
+                            static_cast<double>(settings.size_px.y) /
+                            static_cast<double>(settings.wanted_pixels().pixel_count());
+  if (!(per_sample > 1.0) || listener == nullptr) return;
+  std::array<char, 200> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "this part of the image needs the photons of all of it, %.3g for each sample of its pixels; --photons 0 "
+      "leaves them out, which is faster, and noisier where caustics are seen",
+      per_sample);
+  listener->on_warning(text.data());
+}
+
 // Returns the minimum sample count of the blocks that lack samples.
 uint32_t min_samples(const RenderSettings& settings, const Coverage& coverage) {
   const SampleRange wanted = settings.wanted_samples();
@@ -236,6 +251,7 @@ Result<RenderOutcome> render(const World& world, const Camera& camera, const Ren
   else if (leaves_light_paths_open(before_pilots))
     state->film = empty_state(settings, std::move(groups.value().names)).film; // it has no samples
   set_crop(settings, listener);
+  if (leaves_photons_open(wanted_settings)) warn_of_photons(settings, listener);
   RenderStatistics statistics;
   note_prepared(prepared, before_pilots, statistics, state->work);
   if (max_training_s(settings) && training_paths(settings) > 0)

@@ -183,7 +183,7 @@ TEST(Options, LightPathsAreChosenOrGiven) {
 }
 
 TEST(Options, PhotonsAreChosenOrGiven) {
-  EXPECT_FALSE(render_options({}).chooses_photons);
+  EXPECT_TRUE(render_options({}).chooses_photons);
   EXPECT_TRUE(render_options({"--photons", "0.5", "--photons", "auto"}).chooses_photons);
   EXPECT_EQ(render_options({"--photons", "0.5", "--photons", "auto"}).integrator.photons, 0.0f);
   EXPECT_FALSE(render_options({"--photons", "auto", "--photons", "0.25"}).chooses_photons);

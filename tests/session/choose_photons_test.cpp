@@ -23,7 +23,7 @@ RenderSettings given_photons(float fraction, uint32_t samples = 5) {
 }
 
 TEST(ChoosePhotons, ChoosesThemWhereLightComesThroughGlass) {
-  const auto world = glass_world(accel::Kind::kdtree);
+  const auto world = lamp_world(accel::Kind::kdtree);
   const RenderOutcome outcome = render_open(*world, photons_open());
   const PhotonChoice& choice = outcome.statistics.photons;
   EXPECT_GT(choice.fraction, 0.0f);
@@ -94,8 +94,8 @@ TEST(ChoosePhotons, NoneWhereTheyGainNothing) {
   expect_same_bits(outcome.film, render_open(*world, long_render(5)).film, "none");
 }
 
-// A lamp without a size behind smooth glass: no path from the camera finds it.
-TEST(ChoosePhotons, SeesLightThatOnlyTheyFind) {
+// A sphere of smooth glass below a lamp of 20 watts per steradian.
+std::unique_ptr<const World> sphere_below_lamp(float radius_m) {
   Material glass = diffuse_material(Rgb(1.0f));
   glass.roughness_factor = 0.0f;
   glass.specular_factor = glass.transmission_factor = glass.thickness_factor = 1.0f;
@@ -103,15 +103,32 @@ TEST(ChoosePhotons, SeesLightThatOnlyTheyFind) {
                            {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 32, 1)});
   PunctualLight lamp;
   lamp.intensity = 20.0f;
+  lamp.radius_m = radius_m;
   place_light(scene, lamp, look_at(V3f(0.5f, 6, 0.5f), V3f(0.0f)));
-  const auto world = make_world(std::move(scene), accel::Kind::kdtree);
+  return make_world(std::move(scene), accel::Kind::kdtree);
+}
+
+// Paths from the camera hardly ever meet so small a lamp: its caustic is missing without photons.
+TEST(ChoosePhotons, FindLightThatPathsHardlyEverFind) {
+  const auto world = sphere_below_lamp(0.0005f);
   const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), nullptr, {}, nullptr);
   EXPECT_GT(choice.fraction, 0.0f);
   EXPECT_LT(choice.predicted, 0.5);
 }
 
+// Light of a lamp without a size would come and go with the choice.
+TEST(ChoosePhotons, NoneWithLampsWithoutASize) {
+  const auto world = sphere_below_lamp(0.0f);
+  PilotMessages messages;
+  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), nullptr, {}, &messages);
+  EXPECT_EQ(choice.fraction, 0.0f);
+  EXPECT_EQ(choice.paths, 0U);
+  ASSERT_EQ(messages.notes.size(), 1U);
+  EXPECT_NE(messages.notes[0].find("lamps without a size"), std::string::npos) << messages.notes[0];
+}
+
 TEST(ChoosePhotons, DoNotDependOnThreadsSamplesRegionsAndDevices) {
-  const auto world = glass_world(accel::Kind::kdtree);
+  const auto world = lamp_world(accel::Kind::kdtree);
   const RenderOutcome whole = render_open(*world, photons_open());
   const PhotonChoice& expected = whole.statistics.photons;
   ASSERT_GT(expected.fraction, 0.0f);
@@ -137,8 +154,24 @@ TEST(ChoosePhotons, DoNotDependOnThreadsSamplesRegionsAndDevices) {
   expect_same_bits(expect_same_choice(settings, "a device").film, whole.film, "a device");
 }
 
+TEST(ChoosePhotons, SmallCropsWarnOfThoseOfTheWholeImage) {
+  const auto world = lamp_world(accel::Kind::kdtree);
+  const auto warnings = [&](const PixelRect& crop, const RenderSettings& of_image) {
+    RenderSettings settings = of_image;
+    settings.crop = crop;
+    PilotMessages messages;
+    EXPECT_TRUE(render(*world, glass_camera(kPilotSize), settings, nullptr, &messages).ok());
+    return messages.warnings;
+  };
+  const std::vector<std::string> small = warnings({V2i(4, 8), V2i(8, 12)}, photons_open());
+  ASSERT_EQ(small.size(), 1U);
+  EXPECT_NE(small[0].find("--photons 0"), std::string::npos) << small[0];
+  EXPECT_EQ(warnings({V2i(0), V2i(40, 28)}, photons_open()).size(), 0U);
+  EXPECT_EQ(warnings({V2i(4, 8), V2i(8, 12)}, given_photons(0.25f)).size(), 0U); // as asked for
+}
+
 TEST(ChoosePhotons, ResumedRendersKeepTheChoice) {
-  const auto world = glass_world(accel::Kind::kdtree);
+  const auto world = lamp_world(accel::Kind::kdtree);
   const Film whole = render_open(*world, photons_open(9)).film;
   std::optional<RenderState> saved;
   (void)render_open(*world, photons_open(4), {.save = [&](const RenderState& state) { saved = state; }});
@@ -154,7 +187,7 @@ TEST(ChoosePhotons, ResumedRendersKeepTheChoice) {
 
 // A render that was stopped before its first sample has chosen nothing.
 TEST(ChoosePhotons, StoppedPilotsChooseLater) {
-  const auto world = glass_world(accel::Kind::kdtree);
+  const auto world = lamp_world(accel::Kind::kdtree);
   CancelToken token;
   token.cancel_now();
   const RenderOutcome stopped = render_open(*world, photons_open(), {}, &token);
@@ -196,7 +229,7 @@ TEST(ChoosePhotons, AreOffBesideOtherSettings) {
 
 // A replayed sample gathers from the maps of the render.
 TEST(ChoosePhotons, ReplaysGatherThem) {
-  const auto world = glass_world(accel::Kind::kdtree);
+  const auto world = lamp_world(accel::Kind::kdtree);
   const RenderSettings open = photons_open(1);
   LearnedPaths learned;
   const RenderOutcome outcome =

@@ -32,19 +32,24 @@ inline Scene mixed_scene() {
   return scene;
 }
 
-// A glass sphere over a floor, under a small lamp, and a mirror that reflects a sun without a size,
-// which only light paths find.
-inline Scene glass_scene() {
+// A glass sphere over a floor, under a square lamp of a meter, with a mirror beside it.
+inline Scene lamp_scene() {
   Material glass = diffuse_material(Rgb(1.0f)), mirror = glass;
   glass.roughness_factor = 0.1f;
   glass.specular_factor = 1.0f;
   glass.transmission_factor = glass.thickness_factor = 1.0f;
   mirror.metallic_factor = 1.0f;
   mirror.roughness_factor = 0.0f;
-  Scene scene = make_scene({diffuse_material(Rgb(0.7f)), glass, emissive_material(Rgb(30.0f)), mirror},
-                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 32, 1),
-                            quad(V3f(-0.5f, 5, -0.5f), V3f(1, 0, 0), V3f(0, 0, 1), 2),
-                            quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 3)});
+  return make_scene({diffuse_material(Rgb(0.7f)), glass, emissive_material(Rgb(30.0f)), mirror},
+                    {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 32, 1),
+                     quad(V3f(-0.5f, 5, -0.5f), V3f(1, 0, 0), V3f(0, 0, 1), 2),
+                     quad(V3f(-2, 0, 3), V3f(0, 0, -6), V3f(0, 3, 0), 3)});
+}
+inline std::unique_ptr<const World> lamp_world(accel::Kind kind) { return make_world(lamp_scene(), kind); }
+
+// The same, and the mirror reflects a sun without a size, which only light paths find.
+inline Scene glass_scene() {
+  Scene scene = lamp_scene();
   PunctualLight sun;
   sun.kind = PunctualLight::Kind::directional;
   sun.intensity = 3.0f;

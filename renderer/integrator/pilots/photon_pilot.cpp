@@ -37,6 +37,16 @@ struct PhotonNoise {
 
 double squared(double x) { return x * x; }
 
+// True if photons come from a lamp without a size. Its light through smooth glass is in images with
+// photons alone, so whether there are any must not depend on noise: frames of an animation and
+// previews would look different.
+bool has_lamps_without_size(const EmissionView& emission) {
+  const std::span<const LightSetView::Punctual> lamps = emission.lights->punctuals;
+  for (size_t i = 0; i < lamps.size(); ++i)
+    if (lamps[i].radius == 0.0f && emission.probability(emission.lights->triangles.size() + i) > 0.0f) return true;
+  return false;
+}
+
 class PhotonPilot {
  public:
   PhotonPilot(const World& world, const Camera& camera, const SamplePilotSettings& settings, uint32_t samples_per_pixel,
@@ -48,10 +58,13 @@ class PhotonPilot {
 
   [[nodiscard]] PhotonChoice choose() {
     PhotonChoice choice;
-    if (make_light_paths(gathering(settings_.integrator), world_, camera_, settings_.filter, 0) == nullptr) {
+    const auto paths = make_light_paths(gathering(settings_.integrator), world_, camera_, settings_.filter, 0);
+    if (paths == nullptr)
       choice.why_none = "--photons auto: no light reaches glass, metal or a coat that could focus it";
-      return choice;
-    }
+    else if (has_lamps_without_size(paths->emission))
+      choice.why_none = "--photons auto: lamps without a size light glass, metal or coats, and what they throw from "
+                        "there is in images with photons alone; a number of photons, such as 0.1, shows it";
+    if (!choice.why_none.empty()) return choice;
     measure(choice);
     if (!measured_.complete) return choice;
     find_rarest();
