@@ -15,18 +15,14 @@
 namespace kindling {
 
 DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons,
-                                   std::unique_ptr<const FirstHits> first_hits)
-    : device_(device), settings_(settings), world_(input.world), setup_(setup), photons_(std::move(photons)),
-      first_hits_(std::move(first_hits)) {
+                                   const WaveSetup& setup, std::unique_ptr<const FirstHits> first_hits)
+    : device_(device), settings_(settings), world_(input.world), setup_(setup), first_hits_(std::move(first_hits)) {
   setup_.max_shadow_rays = settings.max_shadow_rays();
   setup_.path_reuse = static_cast<uint32_t>(settings.path_reuse);
   setup_.image_px = input.camera.size_px();
-  setup_.photons = photons_.get();
   setup_.first_hits = first_hits_.get();
   DevicePlan plan = plan_device_memory(
-      device, input, [this](uint32_t paths) { return wave_bytes(paths); },
-      photons_ ? photons_->maps().bytes_per_map() : 0);
+      device, input, [this](uint32_t paths) { return wave_bytes(paths); }, setup_.photons.bytes());
   setup_.paths = plan.paths;
   if (plan.tiles)
     pager_ = std::make_unique<TilePager>(device, world_.textures, std::move(*plan.tiles), plan.slots, plan.paths);
@@ -68,7 +64,7 @@ uint32_t DeviceIntegrator::render_block(const PixelRect& block, const SampleRang
 
 // A pass needs one photon map, since the device has room for one.
 uint32_t DeviceIntegrator::samples_per_pass() const {
-  return photons_ ? photons_->maps().samples_per_map() : Integrator::samples_per_pass();
+  return setup_.photons.empty() ? Integrator::samples_per_pass() : setup_.photons.samples;
 }
 
 void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
@@ -81,8 +77,8 @@ void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& c
   }
   while (!all.empty()) {
     uint32_t end = all.end;
-    if (photons_) { // those of one map
-      const uint32_t per_map = photons_->maps().samples_per_map();
+    if (!setup_.photons.empty()) { // those of one map
+      const uint32_t per_map = setup_.photons.samples;
       end = std::min(end, (all.first / per_map + 1) * per_map);
     }
     if (!render_samples(work, {all.first, end}, wave, film)) return;

@@ -8,7 +8,6 @@
 #include "renderer/device/tile_pager.h"
 #include "renderer/integrator/first_hits.h"
 #include "renderer/integrator/integrator.h"
-#include "renderer/integrator/photons/photon_source.h"
 
 #include <cstdint>
 #include <memory>
@@ -22,11 +21,10 @@ class DeviceIntegrator final : public Integrator {
  public:
   // Copies the scene and prepares the kernels. Throws DeviceError. The Whitted tracer has its
   // iterative form. The device and the world must outlive this. Paths and pager of `setup` follow
-  // from the device's memory, its photons and first hits from `photons` and `first_hits`, which may
-  // be null: none are gathered, or recorded.
+  // from the device's memory, its first hits from `first_hits`, which may be null: none are
+  // recorded.
   DeviceIntegrator(Device& device, const IntegratorSettings& settings, const DeviceSceneInput& input,
-                   const WaveSetup& setup, std::unique_ptr<PhotonSource> photons = nullptr,
-                   std::unique_ptr<const FirstHits> first_hits = nullptr);
+                   const WaveSetup& setup, std::unique_ptr<const FirstHits> first_hits = nullptr);
 
   [[nodiscard]] std::unique_ptr<ThreadContext> make_context() const override;
   uint32_t render_block(const PixelRect& block, const SampleRange& samples, ThreadContext& context,
@@ -49,7 +47,6 @@ class DeviceIntegrator final : public Integrator {
   IntegratorSettings settings_;
   const World& world_;
   WaveSetup setup_;
-  std::unique_ptr<PhotonSource> photons_;
   std::unique_ptr<const FirstHits> first_hits_;
   std::unique_ptr<TilePager> pager_; // null: all texels are in memory
   std::optional<SceneOnDevice> scene_;

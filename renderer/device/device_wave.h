@@ -6,6 +6,7 @@
 #include "renderer/device/kernels/wave.h"
 #include "renderer/device/tile_pager.h"
 #include "renderer/integrator/integrator.h"
+#include "renderer/integrator/photons/photon_map_sizes.h"
 #include "renderer/integrator/stages/outside_pixels.h"
 #include "renderer/sampling/pixel_filter.h"
 
@@ -17,7 +18,6 @@
 namespace kindling {
 
 class FirstHits;
-class PhotonSource;
 
 // Settings of the waves of a render.
 struct WaveSetup {
@@ -34,7 +34,7 @@ struct WaveSetup {
   float light_paths = 0.0f;           // fraction of the samples that have one; 0: none are traced
   OutsidePixels outside;              // of the crop: theirs are traced, too
   PixelFilter filter = PixelFilter(); // of the light that they bring
-  PhotonSource* photons = nullptr;    // null: none are gathered
+  PhotonMapSizes photons;             // empty: none are gathered
   TilePager* pager = nullptr;         // null: all texels are in memory
 
   // True if light is split by light group and first event.

@@ -7,6 +7,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
@@ -14,11 +15,24 @@
 
 namespace kindling {
 
+namespace {
+
+// True if there are any, of samples or of photons.
+bool follows_light_paths(const WaveSetup& setup) { return setup.light_paths > 0.0f || !setup.photons.empty(); }
+
+// Light paths whose photons are traced together.
+uint32_t photon_paths_together(const WaveSetup& setup) {
+  return setup.photons.empty() ? 0 : std::min(setup.paths, PathWave::kPhotonPaths);
+}
+
+} // namespace
+
 uint64_t path_wave_bytes(const WaveSetup& setup) {
   constexpr uint64_t kOfPath = sizeof(PathState) + sizeof(MediumStack) + sizeof(accel::Ray) + sizeof(accel::Hit) +
                                3 * sizeof(uint32_t) + sizeof(uint8_t);
   constexpr uint64_t kOfShadowRay = sizeof(accel::Ray) + sizeof(WaveShadow);
-  const uint64_t of_light_path = setup.light_paths > 0.0f ? sizeof(WaveLightPath) + sizeof(WaveSplat) : 0;
+  const uint64_t of_light_path =
+      (follows_light_paths(setup) ? sizeof(WaveLightPath) : 0) + (setup.light_paths > 0.0f ? sizeof(WaveSplat) : 0);
   const uint64_t of_reuse =
       setup.path_reuse > 1 ? sizeof(ReusedPath) + setup.path_reuse * (sizeof(ReuseLink) + sizeof(uint32_t)) : 0;
   const uint64_t of_split =
@@ -29,7 +43,7 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
                             (setup.light_paths > 0.0f ? sizeof(SplatParts) : 0);
   return common_wave_bytes(setup) +
          setup.paths * (kOfPath + setup.max_shadow_rays * kOfShadowRay + of_light_path + of_reuse + of_split) +
-         2 * sizeof(uint64_t) + 2 * kHitKinds * sizeof(uint32_t);
+         photon_paths_together(setup) * sizeof(WavePhoton) + 2 * sizeof(uint64_t) + 2 * kHitKinds * sizeof(uint32_t);
 }
 
 namespace {
@@ -39,7 +53,7 @@ constexpr uint32_t kFewestSorted = 8192;
 
 Kernel shading_kernel(const WaveSetup& setup) {
   if (setup.splits()) return Kernel::shade_split;
-  if (setup.photons != nullptr) return Kernel::shade_beside_photons;
+  if (!setup.photons.empty()) return Kernel::shade_beside_photons;
   if (setup.manifolds) return Kernel::shade_with_manifolds;
   if (setup.path_reuse > 1) return Kernel::shade_reused;
   return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
@@ -59,6 +73,7 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
     kernels.insert(kernels.end(), {Kernel::begin_light_path,
                                    setup.splits() ? Kernel::scatter_split_light_path : Kernel::scatter_light_path,
                                    filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
+  if (!setup.photons.empty()) kernels.insert(kernels.end(), {Kernel::begin_photon_path, Kernel::leave_photon});
   if (setup.path_reuse > 1)
     kernels.insert(kernels.end(), {Kernel::start_sharing, Kernel::link_paths,
                                    filters_hits ? Kernel::trace_link : Kernel::trace_link_opaque, Kernel::share_light,
@@ -69,13 +84,14 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
       has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), sorts_(world.materials.size() > 1),
-      adds_together_(setup.max_shadow_rays > 1), shade_(shading_kernel(setup)), photon_source_(setup.photons),
+      adds_together_(setup.max_shadow_rays > 1), shade_(shading_kernel(setup)), photon_maps_(setup.photons),
       filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
       shadow_rays_(on, capacity() * setup.max_shadow_rays), hits_(on, capacity()), active_(on, capacity()),
       next_(on, capacity()), sorted_(on, capacity()), kinds_(on, capacity()), kind_counts_(on, 1), queue_counts_(on, 1),
-      shadow_records_(on, capacity() * setup.max_shadow_rays), light_paths_(on, has_light_paths_ ? capacity() : 0),
-      splats_(on, has_light_paths_ ? capacity() : 0), reused_(on, setup.path_reuse > 1 ? capacity() : 0),
-      links_(on, reused_.size() * setup.path_reuse), traced_links_(on, links_.size()) {
+      shadow_records_(on, capacity() * setup.max_shadow_rays),
+      light_paths_(on, follows_light_paths(setup) ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0),
+      reused_(on, setup.path_reuse > 1 ? capacity() : 0), links_(on, reused_.size() * setup.path_reuse),
+      traced_links_(on, links_.size()), left_photons_(on, photon_paths_together(setup)) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -97,7 +113,9 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   wave_.light_paths = light_paths_.data();
   wave_.splats = splats_.data();
   if (splits_) place_split(setup.light_groups);
-  if (photon_source_ != nullptr) reserve_photons(photon_source_->maps().bytes_per_map() / PhotonMap::kBytes);
+  wave_.photons_left.count = &counts->photons;
+  wave_.left_photons = left_photons_.data();
+  reserve_photons(photon_maps_.max_photons());
 }
 
 void PathWaveRunner::place_split(uint32_t light_groups) {
@@ -126,19 +144,48 @@ void PathWaveRunner::reserve_photons(uint64_t count) {
 }
 
 bool PathWaveRunner::take_photons() {
-  if (photon_source_ == nullptr) return true;
-  const uint32_t sample = first_sample(), number = sample / photon_source_->maps().samples_per_map();
+  if (photon_maps_.empty()) return true;
+  const uint32_t sample = first_sample(), number = sample / photon_maps_.samples;
   wave_.map_sample = sample;
   if (photon_map_ == number) return true;
-  const PhotonMaps::Map map = photon_source_->of_sample(sample, counters);
-  if (map == nullptr) return false;
   photon_map_.reset();
-  const PhotonMapView here = map->view();
+  left_.clear();
+  const auto together = static_cast<uint32_t>(left_photons_.size());
+  for (uint64_t first = 0; first < photon_maps_.paths; first += together)
+    if (!follow_photon_paths(number, first,
+                             static_cast<uint32_t>(std::min<uint64_t>(together, photon_maps_.paths - first))))
+      return false;
+  tbb::parallel_sort(left_, [](const LeftPhoton& a, const LeftPhoton& b) { return a.order < b.order; });
+  std::vector<Photon> photons(left_.size());
+  std::transform(left_.begin(), left_.end(), photons.begin(), [](const LeftPhoton& left) { return left.photon; });
+  const PhotonMap map(std::move(photons));
+  const PhotonMapView here = map.view();
   reserve_photons(here.nodes.size());
   photon_nodes_.upload(here.nodes);
   photons_.upload(here.photons);
   wave_.photons = {photon_nodes_.span().first(here.nodes.size()), photons_.span().first(here.photons.size())};
   photon_map_ = number;
+  return true;
+}
+
+bool PathWaveRunner::follow_photon_paths(uint64_t map, uint64_t first, uint32_t count) {
+  wave_.first_light_path = map * photon_maps_.paths + first;
+  queue_counts_.clear(1);
+  launch(Kernel::begin_photon_path, wave_, count);
+  uint32_t surfaces = 0; // that the paths have met
+  for (uint32_t active = take_next().next; active > 0; ++surfaces) {
+    if (abandoned()) return false;
+    find_hits(active, true);
+    counters.photon += active;
+    queue_counts_.clear(1);
+    launch_shading(Kernel::leave_photon, wave_, active);
+    const QueueCounts counts = take_next();
+    downloaded_photons_.resize(counts.photons);
+    left_photons_.download(downloaded_photons_);
+    for (const WavePhoton& found : downloaded_photons_)
+      left_.push_back({PhotonMapSizes::order_of(first + found.slot, surfaces), found.photon});
+    active = counts.next;
+  }
   return true;
 }
 

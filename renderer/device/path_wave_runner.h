@@ -4,7 +4,7 @@
 
 #include "renderer/device/device_wave.h"
 #include "renderer/device/kernels/path_wave.h"
-#include "renderer/integrator/photons/photon_source.h"
+#include "renderer/integrator/photons/photon_map_sizes.h"
 
 #include <cstdint>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace kindling {
 
-// Returns the bytes on a device that its waves take without photons, at most: one sample for each
+// Returns the bytes on a device that its waves take without a photon map, at most: one sample for each
 // pixel.
 [[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
@@ -31,7 +31,11 @@ class PathWaveRunner final : public DeviceWave {
  private:
   // Counts of the queues, which are cleared and read together.
   struct QueueCounts {
-    uint32_t next = 0, shadows = 0, links = 0;
+    uint32_t next = 0, shadows = 0, links = 0, photons = 0;
+  };
+  struct LeftPhoton {
+    uint64_t order = 0; // PhotonMapSizes::order_of()
+    Photon photon;
   };
   // For paths that are sorted by the kind of their hit.
   struct KindCounts {
@@ -40,6 +44,8 @@ class PathWaveRunner final : public DeviceWave {
 
   // Return false if the render was abandoned.
   [[nodiscard]] bool take_photons(); // of the samples of the wave
+  // Appends the photons of a map's light paths [first, first + count) to left_.
+  [[nodiscard]] bool follow_photon_paths(uint64_t map, uint64_t first, uint32_t count);
   [[nodiscard]] bool follow_camera_paths();
   [[nodiscard]] bool follow_light_paths(uint64_t first, uint32_t count); // of those of the wave
   // Finds the hits of the active paths; sorts them by their kind, if that helps a GPU.
@@ -54,7 +60,7 @@ class PathWaveRunner final : public DeviceWave {
 
   bool filters_hits_, has_light_paths_, splits_, sorts_, adds_together_;
   Kernel shade_;
-  PhotonSource* photon_source_;
+  PhotonMapSizes photon_maps_;
   PixelFilter filter_; // of the image
   PathWave wave_;
   DeviceArray<PathState> states_;
@@ -81,6 +87,9 @@ class PathWaveRunner final : public DeviceWave {
   DeviceArray<SplatParts> splat_parts_;
   std::vector<WaveSplat> downloaded_, found_;              // of one bounce, and of the wave
   std::vector<SplatParts> downloaded_parts_, found_parts_; // likewise, if light is split
+  DeviceArray<WavePhoton> left_photons_;
+  std::vector<WavePhoton> downloaded_photons_; // of one bounce
+  std::vector<LeftPhoton> left_;               // of a map
   DeviceArray<PhotonMapView::Node> photon_nodes_;
   DeviceArray<Photon> photons_;
   std::optional<uint32_t> photon_map_; // the number of that which is on the device

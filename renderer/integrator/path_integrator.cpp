@@ -60,8 +60,7 @@ PathIntegrator::PathIntegrator(const IntegratorSettings& settings, const World& 
   stages_.manifolds = (manifolds_ = make_manifolds(settings, world)).get();
   light_paths_ = make_light_paths(settings, world, camera, filter_, sampler.seed());
   stages_.light_paths = light_paths_.get();
-  if (light_paths_ && settings.photons > 0.0f)
-    photon_maps_ = std::make_unique<PhotonMaps>(light_paths_->photon_paths_per_sample(), light_paths_->samples_per_map);
+  if (light_paths_ && settings.photons > 0.0f) photon_maps_ = std::make_unique<PhotonMaps>(light_paths_->photon_maps());
   if (Result<LightGroups> groups = make_light_groups(world, settings.light_groups, settings.background.has_value()))
     light_groups_ = std::move(groups).value(); // more than there may be: refused by check_light_groups()
   groups_ = light_groups_.view(world.surface_nodes());

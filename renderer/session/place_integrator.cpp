@@ -9,7 +9,6 @@
 #include "renderer/integrator/light_paths/light_paths.h"
 #include "renderer/integrator/manifolds/manifolds.h"
 #include "renderer/integrator/path_integrator.h"
-#include "renderer/integrator/photons/photon_source.h"
 #include "renderer/integrator/stages/first_hit.h"
 #include "renderer/integrator/whitted_shader.h"
 #include "renderer/light/per_light_sampling.h"
@@ -43,11 +42,10 @@ PlacedIntegrator place_on_cpu(const World& world, const Camera& camera, const Re
 
 PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& world, const Camera& camera,
                           const RenderSettings& settings, const Guide* guide) {
-  const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   const Sampler sampler = make_sampler(settings);
   const PerLightSampling lights(world.light_set());
   PathStages stages = make_path_stages(settings.integrator, world, camera, sampler, guide);
-  std::unique_ptr<const LightPaths> light_paths =
+  const std::unique_ptr<const LightPaths> light_paths =
       make_light_paths(settings.integrator, world, camera, settings.filter, sampler.seed());
   const LightPaths* const beside = light_paths.get();
   stages.light_paths = beside;
@@ -56,10 +54,6 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
   if (Result<LightGroups> found =
           make_light_groups(world, settings.integrator.light_groups, settings.integrator.background.has_value()))
     groups = std::move(found).value();
-  std::unique_ptr<PhotonSource> photons;
-  if (beside != nullptr && settings.integrator.photons > 0.0f)
-    photons = std::make_unique<PhotonSource>(stages, std::move(light_paths), world, threads, groups);
-  // The scene on the device has copies. Photons, which keep these stages, read none of them.
   const std::unique_ptr<const PresampledEnvironment> presampled =
       presample_environment(settings.integrator, world.lights, sampler.seed());
   stages.presampled = presampled.get();
@@ -78,8 +72,8 @@ PlacedIntegrator place_on(std::unique_ptr<MeteredDevice> device, const World& wo
                 .manifolds = manifolds != nullptr,
                 .light_paths = beside != nullptr ? settings.integrator.light_paths : 0.0f,
                 .outside = beside != nullptr ? beside->outside : OutsidePixels{},
-                .filter = settings.filter},
-      std::move(photons),
+                .filter = settings.filter,
+                .photons = beside != nullptr ? beside->photon_maps() : PhotonMapSizes{}},
       std::make_unique<const FirstHits>(world, camera, settings.filter, settings.aovs,
                                         AovInputs{settings.names.get(), settings.motion.get()}));
   PlacedIntegrator placed;

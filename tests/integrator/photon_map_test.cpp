@@ -74,20 +74,36 @@ void trace_numbers(uint64_t first, uint64_t count, std::vector<Photon>& photons)
 const auto kNeverStopped = [] { return false; };
 
 TEST(PhotonMaps, SmallImagesShareMaps) {
-  EXPECT_EQ(PhotonMaps::samples_per_map(1), 16U);
-  EXPECT_EQ(PhotonMaps::samples_per_map(100'000), 2U);
-  EXPECT_EQ(PhotonMaps::samples_per_map(1'000'000), 1U);
+  EXPECT_EQ(PhotonMapSizes::of(1).samples, 16U);
+  EXPECT_EQ(PhotonMapSizes::of(100'000).samples, 2U);
+  EXPECT_EQ(PhotonMapSizes::of(1'000'000).samples, 1U);
+  EXPECT_EQ(PhotonMapSizes::of(100'000).paths, 200'000U);
+}
+
+// Chunks, then surfaces, then paths.
+TEST(PhotonMaps, PhotonsOfAnyTracerHaveOneOrder) {
+  constexpr uint64_t kChunk = PhotonMapSizes::kChunk;
+  uint64_t before = 0;
+  for (uint64_t chunk = 0; chunk < 3; ++chunk)
+    for (uint32_t surfaces = 0; surfaces < 300; ++surfaces)
+      for (const uint64_t path : {uint64_t{0}, uint64_t{1}, kChunk - 1}) {
+        const uint64_t order = PhotonMapSizes::order_of(chunk * kChunk + path, surfaces);
+        if (chunk + surfaces + path > 0) {
+          EXPECT_GT(order, before);
+        }
+        before = order;
+      }
 }
 
 TEST(PhotonMaps, ThreadsBuildAMapTogether) {
   constexpr uint64_t kPaths = 5000; // 80,000 for a map
-  PhotonMaps alone(kPaths, 16);
+  PhotonMaps alone({kPaths * 16, 16});
   const PhotonMaps::Map expected = alone.of_sample(17, trace_numbers, kNeverStopped); // of the second map
   ASSERT_EQ(expected->photons().size(), 16 * kPaths);
   EXPECT_EQ(near(*expected, V3f(0, 0, 0), 1e9f).size(), 16 * kPaths);
   const auto in_second_map = [](const Photon& p) { return p.density >= 16 * kPaths && p.density < 32 * kPaths; };
   EXPECT_TRUE(std::all_of(expected->photons().begin(), expected->photons().end(), in_second_map));
-  PhotonMaps together(kPaths, 16);
+  PhotonMaps together({kPaths * 16, 16});
   std::vector<PhotonMaps::Map> maps(6);
   {
     std::vector<std::jthread> threads;
@@ -103,7 +119,7 @@ TEST(PhotonMaps, ThreadsBuildAMapTogether) {
 
 // A thread that builds a tree may take other tasks meanwhile, but none that waits for the map.
 TEST(PhotonMaps, TasksOfOneArenaBuildAMapTogether) {
-  PhotonMaps maps(100'000, 2);
+  PhotonMaps maps({200'000, 2});
   std::vector<PhotonMaps::Map> found(256);
   tbb::parallel_for(size_t{0}, found.size(),
                     [&](size_t i) { found[i] = maps.of_sample(0, trace_numbers, kNeverStopped); });
@@ -112,7 +128,7 @@ TEST(PhotonMaps, TasksOfOneArenaBuildAMapTogether) {
 }
 
 TEST(PhotonMaps, OldMapsAreBuiltAgain) {
-  PhotonMaps maps(10, 16);
+  PhotonMaps maps({160, 16});
   const std::vector<float> first = near(*maps.of_sample(0, trace_numbers, kNeverStopped), V3f(40, 40, 0), 500.0f);
   std::atomic<int> built{0};
   const auto counting = [&](uint64_t begin, uint64_t count, std::vector<Photon>& photons) {
@@ -126,7 +142,7 @@ TEST(PhotonMaps, OldMapsAreBuiltAgain) {
 }
 
 TEST(PhotonMaps, StoppedMapsAreMissing) {
-  PhotonMaps maps(5000, 16);
+  PhotonMaps maps({80'000, 16});
   EXPECT_EQ(maps.of_sample(0, trace_numbers, [] { return true; }), nullptr);
   BatchPhotonMaps batch;
   EXPECT_FALSE(batch.take(0, 4, maps, trace_numbers, [] { return true; }));
@@ -134,7 +150,7 @@ TEST(PhotonMaps, StoppedMapsAreMissing) {
 }
 
 TEST(PhotonMaps, FailuresReachAllThreads) {
-  PhotonMaps maps(50'000, 5);
+  PhotonMaps maps({250'000, 5});
   std::atomic<int> failures{0};
   const auto failing = [&](uint64_t first, uint64_t, std::vector<Photon>&) {
     if (first > 0) throw std::runtime_error("out of memory");
@@ -154,7 +170,7 @@ TEST(PhotonMaps, FailuresReachAllThreads) {
 }
 
 TEST(BatchPhotonMaps, HasTheMapOfEachSample) {
-  PhotonMaps maps(100'000, 2); // two samples share a map
+  PhotonMaps maps({200'000, 2}); // two samples share a map
   BatchPhotonMaps batch;
   ASSERT_TRUE(batch.take(3, 7, maps, trace_numbers, kNeverStopped));
   for (uint32_t sample = 3; sample < 7; ++sample)

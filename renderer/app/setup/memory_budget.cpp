@@ -31,11 +31,11 @@ uint64_t film_bytes(const MemoryRequest& request) {
   return of_pixel * static_cast<uint64_t>(request.size_px.x) * static_cast<uint64_t>(request.size_px.y);
 }
 
-uint64_t photon_map_bytes(const MemoryRequest& request) {
-  if (request.photons == 0.0f) return 0;
+PhotonMapSizes photon_maps(const MemoryRequest& request) {
+  if (request.photons == 0.0f) return {};
   const double pixels = static_cast<double>(request.size_px.x) * static_cast<double>(request.size_px.y);
   const auto paths = static_cast<uint64_t>(std::max(1.0, static_cast<double>(request.photons) * pixels));
-  return PhotonMaps(paths, PhotonMaps::samples_per_map(paths)).bytes_per_map();
+  return PhotonMapSizes::of(paths);
 }
 
 uint64_t count_mattes(AovSet aovs) {
@@ -84,7 +84,7 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                        fmt::format("{}x{}{}", request.size_px.x, request.size_px.y,
                                    request.aovs.has_mattes() ? ", four objects in each pixel" : "")},
                   Part{"guide", Costs::kGuide, "at most"},
-                  Part{"photons", PhotonMaps::kMaxStored * photon_map_bytes(request), "of all maps"},
+                  Part{"photons", PhotonMaps::kMaxStored * photon_maps(request).bytes(), "of all maps"},
                   Part{"writing", pixels * (Costs::kPixelOfImage + count_mattes(request.aovs) * Costs::kPixelOfMatte),
                        "the image, resolved and encoded"},
                   Part{"denoising", denoise_memory_bytes(request.size_px, request.denoising),
@@ -128,9 +128,10 @@ MemoryBudget memory_budget(const MemoryDemand& d, const MemoryRequest& request) 
                   .max_shadow_rays = request.max_shadow_rays,
                   .path_reuse = request.path_reuse,
                   .trims_outliers = request.trims_outliers,
-                  .light_paths = request.light_paths ? 1.0f : 0.0f};
+                  .light_paths = request.light_paths ? 1.0f : 0.0f,
+                  .photons = photon_maps(request)};
   budget.on_device = {
-      .scene = untextured + texels_of_images, .waves = path_wave_bytes(waves), .photons = photon_map_bytes(request)};
+      .scene = untextured + texels_of_images, .waves = path_wave_bytes(waves), .photons = waves.photons.bytes()};
   waves.paths = kMinWaveSize;
   budget.on_device.min = untextured + budget.on_device.photons +
                          std::min(d.unpaged_texture_bytes + tiles, texels_of_images) + path_wave_bytes(waves) +

@@ -44,6 +44,8 @@ struct RayBatch;
   KERNEL(begin_light_path, PathWave)                                                                                   \
   KERNEL(scatter_light_path, PathWave)                                                                                 \
   KERNEL(scatter_split_light_path, PathWave)                                                                           \
+  KERNEL(begin_photon_path, PathWave)                                                                                  \
+  KERNEL(leave_photon, PathWave)                                                                                       \
   KERNEL(trace_sight, PathWave)                                                                                        \
   KERNEL(trace_sight_opaque, PathWave)                                                                                 \
   KERNEL(begin_tree, TreeWave)                                                                                         \

@@ -80,6 +80,34 @@ inline void scatter_light_path(const PathWave& wave, uint32_t number) { move_lig
 // The same where light is split by light group and first event.
 inline void scatter_split_light_path(const PathWave& wave, uint32_t number) { move_light_path<true>(wave, number); }
 
+// Starts a light path of this round that leaves photons, if it carries light.
+inline void begin_photon_path(const PathWave& wave, uint32_t slot) {
+  const LightPathStages& stages = wave.scene->light_paths;
+  const uint64_t number = LightPathStages::kFirstPhotonPath + wave.first_light_path + slot;
+  if (stages.start(number, wave.light_paths[slot].state, wave.path_rays[slot])) wave.next.append(slot);
+}
+
+// Moves an active light path that leaves photons on from its hit.
+inline void leave_photon(const PathWave& wave, uint32_t launched) {
+  const uint32_t number = number_of(wave.tiles, launched);
+  const DeviceScene& scene = *wave.scene;
+  const uint32_t slot = wave.active.paths[number];
+  const accel::Hit hit = wave.hits[slot];
+  if (!hit.is_hit()) return;
+  accel::Ray ray = wave.path_rays[slot];
+  SurfacePoint surface;
+  begin_look_ups(wave.tiles);
+  scene.world.surface_at(ray, hit, surface);
+  if (waits_for_tiles(wave.tiles, number)) return;
+  std::optional<Photon> photon;
+  if (scene.light_paths.scatter_photon(scene.stages, scene.groups, hit, surface, ray, wave.light_paths[slot].state,
+                                       photon)) {
+    wave.path_rays[slot] = ray;
+    wave.next.append(slot);
+  }
+  if (photon) wave.left_photons[wave.photons_left.take_places(1)] = {*photon, slot};
+}
+
 // Takes away what the camera does not see.
 inline void trace_sight(const PathWave& wave, uint32_t number) {
   if (wave.scene->world.probe_is_blocked(wave.shadow_rays[number])) wave.splats[number].radiance = Rgb(0.0f);

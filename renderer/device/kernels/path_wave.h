@@ -51,6 +51,12 @@ struct WaveSplat {
   Rgb radiance; // times square pixels; black: something is in between
 };
 
+// A photon, and the slot of the light path that has left it.
+struct WavePhoton {
+  Photon photon;
+  uint32_t slot = 0;
+};
+
 // The argument of the kernels of path_kernels.h and light_path_kernels.h. A path keeps its number,
 // its slot, until the end of the wave: that of its sample.
 struct PathWave : Wave {
@@ -81,6 +87,11 @@ struct PathWave : Wave {
   WaveLightPath* light_paths = nullptr; // of the round
   WaveSplat* splats = nullptr;          // by shadow ray
   SplatParts* splat_parts = nullptr;    // likewise, if light is split
+  // The light paths of a photon map are traced before the samples that gather from it, in rounds of
+  // at most kPhotonPaths.
+  static constexpr uint32_t kPhotonPaths = 1U << 18;
+  WaveQueue photons_left;             // without `paths`
+  WavePhoton* left_photons = nullptr; // of one bounce
 };
 
 } // namespace kindling

@@ -4,8 +4,6 @@
 
 #include "renderer/integrator/integrator.h"
 #include "renderer/integrator/light_paths/casters.h"
-#include "renderer/integrator/photons/photon_maps.h"
-#include "renderer/integrator/stages/rest_surface.h"
 #include "renderer/integrator/stages/seen_surface.h"
 #include "renderer/integrator/stages/splat_pixels.h"
 
@@ -27,8 +25,9 @@ LightPaths::LightPaths(const IntegratorSettings& settings, const World& whole_wo
   constexpr float kMaxPhotons = 0x1p31f; // they are numbered by 32 bits
   if (settings.photons > 0.0f) {
     photons_per_pass = std::clamp(std::floor(settings.photons * pixels), 1.0f, kMaxPhotons);
-    samples_per_map = settings.samples_per_photon_map > 0 ? settings.samples_per_photon_map
-                                                          : PhotonMaps::samples_per_map(photon_paths_per_sample());
+    samples_per_map = settings.samples_per_photon_map > 0
+                          ? settings.samples_per_photon_map
+                          : PhotonMapSizes::of(static_cast<uint64_t>(photons_per_pass)).samples;
   }
   constexpr float kMaxRadius = 0.02f; // in relation to the largest caster
   for (const EmissionTarget& target : emission.targets)
@@ -117,10 +116,9 @@ void LightPaths::trace_numbers(const PathStages& stages, uint64_t first, uint64_
 
 void LightPaths::trace_photons(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
                                std::vector<Photon>& photons, RayCounters& counters) const {
-  constexpr uint64_t kFirstNumber = uint64_t{1} << 62; // no sample has a light path of these numbers
   clear(context);
   context.photons = &photons;
-  for (uint64_t number = first; number < first + count; ++number) start_path(kFirstNumber + number, context);
+  for (uint64_t number = first; number < first + count; ++number) start_path(kFirstPhotonPath + number, context);
   RayCounters rays;
   follow(stages, context, rays);
   counters.photon += rays.total();
@@ -151,9 +149,15 @@ void LightPaths::follow(const PathStages& stages, LightPathContext& context, Ray
 bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                               LightPathContext& context) const {
   LightPathState& path = context.paths[number];
-  if (context.photons) return scatter_photon(stages, hit, ray, path, context);
   SurfacePoint surface;
   world_.surface_at(ray, hit, surface);
+  if (context.photons != nullptr) {
+    std::optional<Photon> photon;
+    const bool continues = scatter_photon(stages, context.splits != nullptr ? *context.splits : LightGroupsView{}, hit,
+                                          surface, ray, path, photon);
+    if (photon) context.photons->push_back(*photon);
+    return continues;
+  }
   if (context.measures && path.bounces == 0)
     context.arriving[number] = arriving_density(path.emitted, surface.position);
   const accel::Ray arrived = ray;
@@ -168,36 +172,6 @@ bool LightPaths::scatter_path(const PathStages& stages, const accel::Hit& hit, a
     context.camera_rays.push_back(joint->sight);
   }
   return continues;
-}
-
-// Gathering decides what a surface reflects of its photons.
-bool LightPaths::scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
-                                LightPathContext& context) const {
-  SurfacePoint surface;
-  world_.surface_at(ray, hit, surface);
-  const Arrival arrival = arrive(hit, surface, path);
-  if (arrival == Arrival::ends) return false;
-  if (arrival == Arrival::passes_straight) return pass_straight(stages, surface, ray, path);
-  if (arrival == Arrival::joins) {
-    const float cosine = std::abs(ray.direction.dot(surface.geometric_normal));
-    const float eta = path.in_medium ? world_.medium(path.material).ior : 1.0f;
-    const RestSurface rest = rest_surface(world_, surface, hit, ray.time);
-    const Photon photon{.position = rest.position,
-                        .to_light = -ray.direction,
-                        .normal = rest.normal,
-                        .power = path.throughput * (rest.area_ratio / (eta * eta * cosine * photons_per_pass *
-                                                                       static_cast<float>(samples_per_map))),
-                        .density = path.emitted.density,
-                        .distance_m = hit.t,
-                        .time = ray.time,
-                        .medium = path.in_medium ? path.material : Photon::kNoMedium,
-                        .diffuse = path.diffuse_bounces,
-                        .glossy = path.glossy_bounces,
-                        .transmission = path.transmission_bounces,
-                        .group = context.splits ? group_of(*context.splits, path) : uint8_t{0}};
-    if (is_finite(photon.power)) context.photons->push_back(photon);
-  }
-  return bounce(stages, surface, hit, ray, path);
 }
 
 // Returns the density of light paths at a point, per square meter perpendicular to the emitted ray,

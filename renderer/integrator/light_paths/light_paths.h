@@ -4,7 +4,7 @@
 
 #include "renderer/film/film.h"
 #include "renderer/integrator/integrator_settings.h"
-#include "renderer/integrator/photons/photon_map.h"
+#include "renderer/integrator/photons/photon_map_sizes.h"
 #include "renderer/integrator/stages/light_path_stages.h"
 #include "renderer/light/emission_sampling.h"
 #include "renderer/sampling/pixel_filter.h"
@@ -66,8 +66,10 @@ class LightPaths : public LightPathStages {
              LightPathContext& context, RayCounters& counters) const;
   void add_to(std::span<const PixelRect> blocks, const SampleRange& samples, const LightPathContext& context,
               Film& film) const;
-  // Returns the number of light paths of photon maps for each sample of all pixels.
-  [[nodiscard]] uint64_t photon_paths_per_sample() const { return static_cast<uint64_t>(photons_per_pass); }
+  // Returns the sizes of the photon maps.
+  [[nodiscard]] PhotonMapSizes photon_maps() const {
+    return {static_cast<uint64_t>(photons_per_pass) * samples_per_map, samples_per_map};
+  }
   // Appends the photons of light paths by their numbers; these are others than those of trace().
   void trace_photons(const PathStages& stages, uint64_t first, uint64_t count, LightPathContext& context,
                      std::vector<Photon>& photons, RayCounters& counters) const;
@@ -86,9 +88,6 @@ class LightPaths : public LightPathStages {
   // Moves a path on from its hit. True if it continues with the ray that replaces `ray`.
   bool scatter_path(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, uint32_t number,
                     LightPathContext& context) const;
-  // The same for a path that leaves photons.
-  bool scatter_photon(const PathStages& stages, const accel::Hit& hit, accel::Ray& ray, LightPathState& path,
-                      LightPathContext& context) const;
   [[nodiscard]] float arriving_density(const EmittedRay& emitted, const V3f& at) const;
   [[nodiscard]] float traced_ratio(const PathStages& stages, const SurfacePoint& surface, const accel::Hit& hit,
                                    const accel::Ray& ray, const LightPathState& path, float arriving,

@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/photons/photon_maps.h"
 
-#include "renderer/base/standard_arithmetic.h"
-
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -15,19 +12,12 @@
 #include <utility>
 
 namespace kindling {
-namespace {
-
-constexpr uint64_t kChunk = 1024;               // light paths that a thread traces at a time
-constexpr uint64_t kPathsOfSmallMap = 1U << 18; // fewer are shared by several samples
-constexpr uint64_t kMaxSamplesPerMap = 16;      // which have the same noise of photons
-
-} // namespace
-
 struct PhotonMaps::Building {
   enum class State : uint8_t { tracing, complete, stopped, failed };
 
   Building(uint64_t map_number, uint64_t paths)
-      : number(map_number), first_path(map_number * paths), path_count(paths), chunks((paths + kChunk - 1) / kChunk) {}
+      : number(map_number), first_path(map_number * paths), path_count(paths),
+        chunks((paths + PhotonMapSizes::kChunk - 1) / PhotonMapSizes::kChunk) {}
 
   // Traces chunks that no other thread has taken; true if this thread finished the last one.
   bool help(const Trace& trace, const std::function<bool()>& stopped) {
@@ -37,8 +27,8 @@ struct PhotonMaps::Building {
         end(State::stopped);
         return false;
       }
-      const uint64_t begin = chunk * kChunk;
-      trace(first_path + begin, std::min(kChunk, path_count - begin), chunks[chunk]);
+      const uint64_t begin = chunk * PhotonMapSizes::kChunk;
+      trace(first_path + begin, std::min(PhotonMapSizes::kChunk, path_count - begin), chunks[chunk]);
       last = ++done == chunks.size();
     }
     return last && !stopped();
@@ -80,15 +70,9 @@ struct PhotonMaps::Building {
   Map map;                      // set before the state is complete
 };
 
-PhotonMaps::PhotonMaps(uint64_t paths_per_sample, uint32_t k)
-    : samples_per_map_(k), paths_per_map_(paths_per_sample * k) {}
+PhotonMaps::PhotonMaps(const PhotonMapSizes& sizes) : sizes_(sizes) {}
 
 PhotonMaps::~PhotonMaps() = default;
-
-uint32_t PhotonMaps::samples_per_map(uint64_t paths_per_sample) {
-  return static_cast<uint32_t>(
-      std::clamp(kPathsOfSmallMap / std::max<uint64_t>(paths_per_sample, 1), uint64_t{1}, kMaxSamplesPerMap));
-}
 
 std::shared_ptr<PhotonMaps::Building> PhotonMaps::find(uint64_t number) {
   const std::lock_guard lock(mutex_);
@@ -97,14 +81,14 @@ std::shared_ptr<PhotonMaps::Building> PhotonMaps::find(uint64_t number) {
   if (found != stored_.end()) {
     stored_.splice(stored_.begin(), stored_, found);
   } else {
-    stored_.push_front(std::make_shared<Building>(number, paths_per_map_));
+    stored_.push_front(std::make_shared<Building>(number, sizes_.paths));
     if (stored_.size() > kMaxStored) stored_.pop_back(); // threads that still read it have it
   }
   return stored_.front();
 }
 
 PhotonMaps::Map PhotonMaps::of_sample(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped) {
-  const std::shared_ptr<Building> building = find(sample / samples_per_map_);
+  const std::shared_ptr<Building> building = find(sample / sizes_.samples);
   try {
     if (building->help(trace, stopped)) {
       // Else this thread might take a task of a pilot, which would wait for the map.
@@ -118,27 +102,6 @@ PhotonMaps::Map PhotonMaps::of_sample(uint32_t sample, const Trace& trace, const
   const Building::State state = building->wait(stopped);
   if (state == Building::State::failed) throw std::runtime_error("the photons of another thread could not be traced");
   return state == Building::State::complete ? building->map : nullptr;
-}
-
-// No task waits for a map, unlike of_sample(): a thread that waits for a part of a tree may take
-// any task of its arena.
-PhotonMaps::Map PhotonMaps::of_sample_alone(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped) {
-  const std::shared_ptr<Building> building = find(sample / samples_per_map_);
-  try {
-    std::atomic<bool> traced{false};
-    tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
-      const StandardArithmetic standard_arithmetic;
-      if (building->help(trace, stopped)) traced = true;
-    });
-    if (traced) {
-      building->build();
-      building->end(Building::State::complete);
-    }
-  } catch (...) {
-    building->end(Building::State::failed);
-    throw;
-  }
-  return building->wait(stopped) == Building::State::complete ? building->map : nullptr;
 }
 
 bool BatchPhotonMaps::take(uint32_t first, uint32_t end, PhotonMaps& maps, const PhotonMaps::Trace& trace,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/integrator/photons/photon_map.h"
+#include "renderer/integrator/photons/photon_map_sizes.h"
 
 #include <cstdint>
 #include <functional>
@@ -22,29 +23,19 @@ class PhotonMaps {
   // Appends the photons of the light paths [first, first + count). Called on several threads.
   using Trace = std::function<void(uint64_t first, uint64_t count, std::vector<Photon>& photons)>;
 
-  // Samples [n k, (n + 1) k) of all pixels share map n, which has the photons of k times
-  // `paths_per_sample` light paths.
-  PhotonMaps(uint64_t paths_per_sample, uint32_t k);
+  explicit PhotonMaps(const PhotonMapSizes& sizes);
   ~PhotonMaps();
-  // Returns the k of a render. It is larger for small images, since small maps cost more to search.
-  [[nodiscard]] static uint32_t samples_per_map(uint64_t paths_per_sample);
-  // Returns the bytes of the photons of a map, at most: two of each path are more than scenes of
-  // water and glass have.
-  [[nodiscard]] uint64_t bytes_per_map() const { return 2 * paths_per_map_ * PhotonMap::kBytes; }
 
   // Maps in memory: those of two open passes, and one more.
   static constexpr size_t kMaxStored = 5;
 
-  [[nodiscard]] uint64_t paths_per_map() const { return paths_per_map_; }
-  [[nodiscard]] uint32_t samples_per_map() const { return samples_per_map_; }
+  [[nodiscard]] uint32_t samples_per_map() const { return sizes_.samples; }
   // Returns the samples that a pass of a render may have, so that it needs few maps at a time.
-  [[nodiscard]] uint32_t samples_per_pass() const { return samples_per_map_ * kMapsPerPass; }
+  [[nodiscard]] uint32_t samples_per_pass() const { return sizes_.samples * kMapsPerPass; }
   // Returns the map of a sample; null if `stopped` was true while it was built. `trace` is called
   // for a part of the map's light paths, others may call theirs for the rest. If one throws, all
   // threads that wait for the map throw std::runtime_error.
   [[nodiscard]] Map of_sample(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped);
-  // The same for a single thread that asks for maps: those of the current TBB arena help it.
-  [[nodiscard]] Map of_sample_alone(uint32_t sample, const Trace& trace, const std::function<bool()>& stopped);
 
  private:
   struct Building;
@@ -52,8 +43,7 @@ class PhotonMaps {
 
   [[nodiscard]] std::shared_ptr<Building> find(uint64_t number);
 
-  uint32_t samples_per_map_;
-  uint64_t paths_per_map_;
+  PhotonMapSizes sizes_;
   std::mutex mutex_;
   std::list<std::shared_ptr<Building>> stored_; // the latest first
 };

@@ -7,6 +7,7 @@
 #include "renderer/integrator/stages/emitted_path.h"
 #include "renderer/integrator/stages/prepare_path.h"
 #include "renderer/integrator/stages/random_walk.h"
+#include "renderer/integrator/stages/rest_surface.h"
 #include "renderer/integrator/stages/seen_surface.h"
 
 #include <algorithm>
@@ -48,6 +49,37 @@ bool LightPathStages::scatter(const PathStages& paths, const accel::Hit& hit, Su
   if (arrival == Arrival::ends) return false;
   if (arrival == Arrival::passes_straight) return pass_straight(paths, surface, ray, path);
   if (arrival == Arrival::joins && !path.in_medium) join_camera(paths, surface, hit, ray, path, joint);
+  return bounce(paths, surface, hit, ray, path);
+}
+
+// Gathering decides what a surface reflects of its photons.
+bool LightPathStages::scatter_photon(const PathStages& paths, const LightGroupsView& groups, const accel::Hit& hit,
+                                     SurfacePoint& surface, accel::Ray& ray, LightPathState& path,
+                                     std::optional<Photon>& photon) const {
+  photon.reset();
+  const Arrival arrival = arrive(hit, surface, path);
+  if (arrival == Arrival::ends) return false;
+  if (arrival == Arrival::passes_straight) return pass_straight(paths, surface, ray, path);
+  if (arrival == Arrival::joins) {
+    const float cosine = std::abs(ray.direction.dot(surface.geometric_normal));
+    const float eta = path.in_medium ? world->medium(path.material).ior : 1.0f;
+    const RestSurface rest = rest_surface(*world, surface, hit, ray.time);
+    const Rgb power = path.throughput *
+                      (rest.area_ratio / (eta * eta * cosine * photons_per_pass * static_cast<float>(samples_per_map)));
+    if (is_finite(power))
+      photon = Photon{.position = rest.position,
+                      .to_light = -ray.direction,
+                      .normal = rest.normal,
+                      .power = power,
+                      .density = path.emitted.density,
+                      .distance_m = hit.t,
+                      .time = ray.time,
+                      .medium = path.in_medium ? path.material : Photon::kNoMedium,
+                      .diffuse = path.diffuse_bounces,
+                      .glossy = path.glossy_bounces,
+                      .transmission = path.transmission_bounces,
+                      .group = group_of(groups, path)};
+  }
   return bounce(paths, surface, hit, ray, path);
 }
 

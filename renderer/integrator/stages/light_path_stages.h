@@ -7,6 +7,7 @@
 #include "renderer/integrator/stages/light_path_view.h"
 #include "renderer/integrator/stages/outside_pixels.h"
 #include "renderer/integrator/stages/path_stages.h"
+#include "renderer/integrator/stages/photon_view.h"
 #include "renderer/light/emission_view.h"
 #include "renderer/sampling/sample_range.h"
 #include "renderer/world/light_groups/light_groups_view.h"
@@ -53,7 +54,12 @@ struct LightJoint {
 //   WorldView::surface_at    the surface at its hit; paths without a hit end
 //   scatter()                the joint with the camera, and the next ray
 //   visit_splat_pixels()     the pixels of a joint whose sight is free (splat_pixels.h)
+//
+// Paths that leave photons have numbers from kFirstPhotonPath on, and scatter_photon() in place of
+// scatter().
 struct LightPathStages : LightPathView {
+  static constexpr uint64_t kFirstPhotonPath = uint64_t{1} << 62; // no sample has a light path of these numbers
+
   // Starts the path of a number; false if it carries no light.
   [[nodiscard]] bool start(uint64_t number, LightPathState& path, accel::Ray& ray) const;
   // Returns the number of the path that a pixel has in a pass (light_path_passes()).
@@ -70,6 +76,11 @@ struct LightPathStages : LightPathView {
   // with the ray that replaces `ray`. Sets `joint` if the surface is joined to the camera.
   [[nodiscard]] bool scatter(const PathStages& paths, const accel::Hit& hit, SurfacePoint& surface, accel::Ray& ray,
                              LightPathState& path, std::optional<LightJoint>& joint) const;
+  // The same for a path that leaves photons and is not joined to the camera: sets `photon` if it
+  // leaves one at the surface. `groups`: of its light.
+  [[nodiscard]] bool scatter_photon(const PathStages& paths, const LightGroupsView& groups, const accel::Hit& hit,
+                                    SurfacePoint& surface, accel::Ray& ray, LightPathState& path,
+                                    std::optional<Photon>& photon) const;
 
   // Steps of scatter().
   //
