@@ -13,8 +13,8 @@
 
 namespace kindling {
 
-// Returns the bytes on a device that its waves take without a photon map, at most: one sample for each
-// pixel.
+// Returns the bytes on a device that its waves take without a photon map, at most: one sample for
+// each pixel.
 [[nodiscard]] uint64_t path_wave_bytes(const WaveSetup& setup);
 
 // The kernels that waves launch. `filters_hits`: World::filters_hits.

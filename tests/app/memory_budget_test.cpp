@@ -49,7 +49,7 @@ TEST(MemoryBudget, GrowsWithTheRequest) {
   const MemoryBudget photons = with([](MemoryDemand&, MemoryRequest& r) { r.photons = 0.25f; });
   EXPECT_EQ(plain.on_device.photons, 0U);
   EXPECT_EQ(photons.on_device.photons, part(photons, "photons") / 5); // of five maps
-  EXPECT_GT(photons.on_device.waves, plain.on_device.waves); // light paths, and the photons of a bounce
+  EXPECT_GT(photons.on_device.waves, plain.on_device.waves);          // light paths, and the photons of a bounce
   EXPECT_GT(photons.on_device.min, plain.on_device.min + photons.on_device.photons);
 }
 

@@ -1,4 +1,4 @@
-// How photon maps divide the light paths and samples of a render.
+// The division of light paths and samples among photon maps.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
