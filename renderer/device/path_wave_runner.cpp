@@ -14,15 +14,25 @@
 #include <utility>
 
 namespace kindling {
-
 namespace {
 
-// True if there are any, of samples or of photons.
+// True if light paths are followed, of samples or for photons.
 bool follows_light_paths(const WaveSetup& setup) { return setup.light_paths > 0.0f || !setup.photons.empty(); }
 
-// Light paths whose photons are traced together.
+// Returns the light paths of a map that are traced together.
 uint32_t photon_paths_together(const WaveSetup& setup) {
   return setup.photons.empty() ? 0 : std::min(setup.paths, PathWave::kPhotonPaths);
+}
+
+// Fewer paths are not sorted: a multiprocessor has a warp or two of them.
+constexpr uint32_t kFewestSorted = 8192;
+
+Kernel shading_kernel(const WaveSetup& setup) {
+  if (setup.splits()) return Kernel::shade_split;
+  if (!setup.photons.empty()) return Kernel::shade_beside_photons;
+  if (setup.manifolds) return Kernel::shade_with_manifolds;
+  if (setup.path_reuse > 1) return Kernel::shade_reused;
+  return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
 }
 
 } // namespace
@@ -45,21 +55,6 @@ uint64_t path_wave_bytes(const WaveSetup& setup) {
          setup.paths * (kOfPath + setup.max_shadow_rays * kOfShadowRay + of_light_path + of_reuse + of_split) +
          photon_paths_together(setup) * sizeof(WavePhoton) + 2 * sizeof(uint64_t) + 2 * kHitKinds * sizeof(uint32_t);
 }
-
-namespace {
-
-// Fewer paths are not sorted: a multiprocessor has a warp or two of them.
-constexpr uint32_t kFewestSorted = 8192;
-
-Kernel shading_kernel(const WaveSetup& setup) {
-  if (setup.splits()) return Kernel::shade_split;
-  if (!setup.photons.empty()) return Kernel::shade_beside_photons;
-  if (setup.manifolds) return Kernel::shade_with_manifolds;
-  if (setup.path_reuse > 1) return Kernel::shade_reused;
-  return setup.light_paths > 0.0f ? Kernel::shade_beside_light_paths : Kernel::shade;
-}
-
-} // namespace
 
 std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup) {
   std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,

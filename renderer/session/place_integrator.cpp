@@ -15,8 +15,6 @@
 #include "renderer/session/check_settings.h"
 #include "renderer/world/light_groups/light_groups.h"
 
-#include <tbb/info.h>
-
 #include <utility>
 
 namespace kindling {

@@ -1,7 +1,8 @@
 // The kernels of light paths, each for one path or one of its joints with the camera.
 //
 // A path writes to its own slot alone, and the light that it brings is added to the film's exact
-// sums, so its place in queues and lists does not matter.
+// sums, so its place in queues and lists does not matter. Photons are sorted after they have come
+// back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

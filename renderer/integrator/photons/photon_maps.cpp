@@ -12,6 +12,7 @@
 #include <utility>
 
 namespace kindling {
+
 struct PhotonMaps::Building {
   enum class State : uint8_t { tracing, complete, stopped, failed };
 
