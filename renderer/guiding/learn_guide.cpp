@@ -114,11 +114,20 @@ void learn_light_probabilities(std::span<const LightRecord> records, LearnedGuid
 
 } // namespace
 
-LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records) {
+LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records,
+                         const GuideParts& parts) {
   LearnedGuide learned;
   std::vector<GuideRecord> fitted;
-  tbb::parallel_invoke([&] { learn_patches(records, learned); }, [&] { fitted = learn_openings(records, learned); },
-                       [&] { learn_light_probabilities(light_records, learned); });
+  tbb::parallel_invoke(
+      [&] {
+        if (parts.patches) learn_patches(records, learned);
+      },
+      [&] {
+        if (parts.openings) fitted = learn_openings(records, learned);
+      },
+      [&] {
+        if (parts.lights) learn_light_probabilities(light_records, learned);
+      });
   if (!(learned.second_moment_of_openings < second_moment(fitted, learned.guide.patches)))
     learned.second_moment_of_openings = kInfinity;
   return learned;

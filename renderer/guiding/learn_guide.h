@@ -23,9 +23,14 @@ struct LearnedGuide {
   double second_moment_of_openings = kInfinity;
 };
 
-// Learns all but the environment's directions. Deterministic in the records and their order.
-[[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records,
-                                       std::span<const LightRecord> light_records);
+struct GuideParts {
+  bool patches = true, openings = true, lights = true;
+};
+
+// Learns these parts of a guide, of which none are the environment's directions. Deterministic in
+// the records and their order.
+[[nodiscard]] LearnedGuide learn_guide(std::span<const GuideRecord> records, std::span<const LightRecord> light_records,
+                                       const GuideParts& parts = {});
 
 struct LearnedEnvironment {
   EnvironmentGuide guide;

@@ -41,6 +41,11 @@ struct LearnedProbabilities {
 
 } // namespace
 
+LightSelectionTree::LightSelectionTree(const LightProbabilities& everywhere) {
+  nodes = arrays_.keep(std::vector<RegionNode>(kFacings));
+  probabilities = arrays_.keep(std::vector<LightProbabilities>{everywhere});
+}
+
 LightSelectionTree::LightSelectionTree(std::span<LightRecord> records) {
   if (records.empty()) return;
   FacingTrees<LearnedProbabilities> trees(records);
@@ -63,7 +68,7 @@ double second_moment(std::span<const LightRecord> records, const LightSelectionT
   });
   double with = 0.0, without = 0.0; // summed in order
   for (size_t i = 0; i < records.size(); ++i) {
-    without += static_cast<double>(records[i].moment / records[i].probability);
+    without += static_cast<double>(records[i].moment / records[i].unguided_probability);
     with += static_cast<double>(terms[i]);
   }
   return without > 0.0 ? with / without : 1.0;

@@ -22,7 +22,8 @@ struct LightRecord {
   // probability of the kind: its expected sum is that of the square if the kind were always
   // selected.
   float moment = 0.0f;
-  float probability = 1.0f; // of the kind
+  // The probability with which the kind would have been selected without a guide; above 0.
+  float unguided_probability = 1.0f;
 };
 
 // A binary tree over space for each facing. Immutable, thread-safe.
@@ -53,6 +54,8 @@ struct LightSelectionTreeView {
 class LightSelectionTree : public LightSelectionTreeView {
  public:
   LightSelectionTree() = default;
+  // The same probabilities everywhere.
+  explicit LightSelectionTree(const LightProbabilities& everywhere);
   // Sorts `records`. Deterministic in the records and their order.
   explicit LightSelectionTree(std::span<LightRecord> records);
 
@@ -61,7 +64,7 @@ class LightSelectionTree : public LightSelectionTreeView {
 };
 
 // Returns the second moment of the records if kinds were selected with these probabilities,
-// relative to the actual selection. Below 1 is a gain.
+// relative to that without a guide. Below 1 is a gain.
 [[nodiscard]] double second_moment(std::span<const LightRecord> records, const LightSelectionTreeView& tree);
 
 } // namespace kindling

@@ -74,11 +74,13 @@ struct BatchSink {
   }
   void offer_light(const PathStages::Vertex& vertex, const LightSample& light, const Rgb& contribution) {
     if (!context.recorder) return;
-    context.recorder->offer_light({.position = vertex.surface.position,
-                                   .facing = static_cast<uint8_t>(facing_of(vertex.surface.geometric_normal)),
+    const SurfacePoint& surface = vertex.surface;
+    const float unguided = world.lights.unlearned_kind_probability(surface.position, surface.light_normal(), light);
+    context.recorder->offer_light({.position = surface.position,
+                                   .facing = static_cast<uint8_t>(facing_of(surface.geometric_normal)),
                                    .kind = light.kind,
                                    .moment = square(luminance(contribution)) * light.kind_probability,
-                                   .probability = light.kind_probability});
+                                   .unguided_probability = unguided > 0.0f ? unguided : light.kind_probability});
   }
 
   void surface_event(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,

@@ -42,14 +42,17 @@ struct Moments {
 };
 // A guide is used for the parts that predict less than these limits. The probe knows little, so it
 // only has to look promising. Patches make a sample up to 10 % more expensive and improve only the
-// variance of reflected light; probabilities of lights cost nothing. Patches in openings gain more
-// than they predict: they find the light of the sky, too, most of whose light samples are blocked
-// by walls.
-constexpr Moments kPromising{0.91, 0.97, 0.98, 0.97};
-constexpr Moments kPromisingAfterFew{0.98, 0.98, 0.995, 0.98}; // a short probe knows less
-constexpr Moments kWorthwhile{0.88, 0.94, 0.97, 0.94};
-constexpr Moments kWorthwhileAfterFew{0.94, 0.94, 0.97, 0.94}; // few paths predict less than their guide gains
-constexpr Moments kAnyGain{1.0, 1.0, 1.0, 1.0};
+// variance of reflected light. Patches in openings gain more than they predict: they find the light
+// of the sky, too, most of whose light samples are blocked by walls. Probabilities of lights gain
+// less: directions of paths that find the same light have other weights beside them.
+constexpr Moments kPromising{0.91, 0.97, 0.85, 0.97};
+constexpr Moments kPromisingAfterFew{0.98, 0.98, 0.85, 0.98}; // a short probe knows less
+constexpr Moments kWorthwhile{0.88, 0.94, 0.75, 0.94};
+constexpr Moments kWorthwhileAfterFew{0.94, 0.94, 0.75, 0.94}; // few paths predict less than their guide gains
+constexpr Moments kAnyGain{1.0, 1.0, 0.85, 1.0}; // probabilities of lights that predict less of one have lost
+// A part is not learned again if a probe predicts no less for it. The environment is always learned
+// again.
+constexpr Moments kHopeless{0.97, 0.985, 0.95, 2.0};
 // A probe whose directions followed the environment, and which predicts no less, is not repeated
 // without them.
 constexpr Moments kSlightGain{0.95, 0.985, 0.99, 1.0};
@@ -98,6 +101,7 @@ class Training {
         traced += probe;
         guide = learn(promising);
       }
+      if (selective && !few) leave_out_hopeless();
       const double rest_s = traced_s_ * static_cast<double>(kProbePart - traced / std::max<uint64_t>(probe, 1));
       if (settings_.max_training_s && elapsed_s() + rest_s > kGiveUpShare * *settings_.max_training_s) {
         guide.reset(); // a plan of fewer paths would need a probe of its own
@@ -143,7 +147,7 @@ class Training {
   // traced without them.
   std::unique_ptr<const Guide> find_promising(uint64_t paths, const Moments& limits) {
     if (has_glass() && !world_.lights.environment.is_black()) {
-      Guide everywhere;
+      Guide everywhere = even_lights();
       everywhere.environment = EnvironmentGuide(kShareOfProbe);
       probes_environment_ = true;
       trace(paths, &everywhere);
@@ -153,8 +157,19 @@ class Training {
       if (settings_.only_if_worthwhile && !predicted_.any_below(kSlightGain)) return nullptr;
       forget_paths();
     }
-    trace(paths, nullptr);
+    const Guide even = even_lights();
+    trace(paths, even.light_probabilities.empty() ? nullptr : &even);
     return learn(limits);
+  }
+  // Returns a guide that selects all kinds of light equally often, or an empty one if there is but
+  // one kind. Without it light of a kind that is seldom selected would be so rare in a probe, and
+  // so bright, that its share of the noise would not be known.
+  [[nodiscard]] Guide even_lights() const {
+    Guide guide;
+    LightProbabilities equal;
+    equal.fill(1.0f / kLightKinds);
+    if (!world_.lights.single_kind) guide.light_probabilities = LightSelectionTree(equal);
+    return guide;
   }
   [[nodiscard]] bool has_glass() const {
     return std::any_of(world_.layer_materials.begin(), world_.layer_materials.end(),
@@ -266,7 +281,9 @@ class Training {
   // Returns the parts of the learned guide that predict second moments below `limits`, or null if
   // neither does.
   std::unique_ptr<const Guide> learn(const Moments& limits) {
-    LearnedGuide learned = learn_guide(records_, light_records_);
+    LearnedGuide learned = learn_guide(records_, light_records_, parts_);
+    if (!parts_.patches) learned.second_moment = predicted_.patches;
+    if (!parts_.lights) learned.light_second_moment = predicted_.lights;
     predicted_ = {learned.second_moment, learned.second_moment_of_openings, learned.light_second_moment, 1.0};
     statistics_.predicted = learned.second_moment;
     statistics_.predicted_lights = learned.light_second_moment;
@@ -286,6 +303,13 @@ class Training {
     if (learned.guide.patches.empty() && learned.guide.environment.empty() && learned.guide.light_probabilities.empty())
       return nullptr;
     return std::make_unique<Guide>(std::move(learned.guide));
+  }
+
+  // By the last learn(), the parts to learn from then on.
+  void leave_out_hopeless() {
+    parts_.patches = predicted_.patches < kHopeless.patches;
+    parts_.openings = predicted_.openings < kHopeless.openings;
+    parts_.lights = predicted_.lights < kHopeless.lights;
   }
 
   // Adds what light paths of the same number learn of scattering media.
@@ -354,6 +378,7 @@ class Training {
   std::vector<LightRecord> light_records_;
   GuidingStatistics statistics_;
   Moments predicted_{1.0, 1.0, 1.0, 1.0}; // by the last learn()
+  GuideParts parts_;
   double busy_s_ = 0.0;
   bool probes_environment_ = false; // its directions are learned, too
   double traced_s_ = 0.0;           // of the last trace()

@@ -94,6 +94,16 @@ float LightSetView::tree_probability(const V3f& point, const V3f& normal, const 
   return all.sum > 0.0f ? all.tree / all.sum : 0.0f;
 }
 
+float LightSetView::unlearned_kind_probability(const V3f& point, const V3f& normal, const LightSample& sample) const {
+  if (single_kind) return 1.0f;
+  const SelectionWeights all = selection_weights(point, normal, nullptr);
+  if (!(all.sum > 0.0f)) return 0.0f;
+  if (sample.kind == LightKind::tree) return all.tree / all.sum;
+  if (sample.kind == LightKind::environment) return all.environment / all.sum;
+  const Punctual& light = punctuals[sample.emitter - triangles.size()];
+  return light_selection_weight(directional_irradiance(light, normal), all.strongest) / all.sum;
+}
+
 void LightSetView::choose_kind(const LightQuery& query, const SelectionWeights& weights,
                                std::optional<Choice>& choice) const {
   assert(query.u.x >= 0.0f && query.u.x <= 1.0f && query.u.y >= 0.0f && query.u.y <= 1.0f);

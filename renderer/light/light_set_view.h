@@ -113,6 +113,11 @@ struct LightSetView {
   // same size.
   void sample(std::span<const LightQuery> queries, std::span<std::optional<LightSample>> samples) const;
 
+  // Returns the probability with which a query without learned probabilities would have selected
+  // the kind of this sample, and among directional lights the light itself. `point` and `normal`
+  // are those of the query. 0 if never.
+  [[nodiscard]] float unlearned_kind_probability(const V3f& point, const V3f& normal, const LightSample& sample) const;
+
   // Returns the density of sample() for a hit of emissive triangle `triangle` (in the order of
   // LightSetInput::triangles): solid angle, including light selection. `wi` is unit, from `point`
   // to the hit at `distance`; `point`, `normal` and `time` are those of the query. The side is not

@@ -9,6 +9,11 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
 namespace kindling {
 namespace {
 
@@ -23,7 +28,7 @@ std::vector<LightRecord> floor_records(int count, uint64_t seed) {
     LightRecord record;
     record.position = V3f{2.0f * random.next_1d() - 1.0f, 0.0f, random.next_1d()};
     record.facing = static_cast<uint8_t>(facing_of(V3f(0, 1, 0)));
-    record.probability = 0.5f;
+    record.unguided_probability = 0.5f;
     const bool sun = record.position.x < 0.0f && i % 2 == 0;
     record.kind = sun ? LightKind::directional : LightKind::tree;
     record.moment = sun ? 81.0f : 1.0f;
@@ -45,7 +50,23 @@ TEST(LightSelectionTree, LearnsFromUnoccludedSamples) {
   const std::vector<LightRecord> others = floor_records(20000, 2);
   EXPECT_LT(second_moment(others, shares), 0.7);
   EXPECT_TRUE(LightSelectionTree().empty());
+  EXPECT_EQ(LightSelectionTree(LightProbabilities{0.5f, 0.2f, 0.3f}).find(V3f(1, 2, 3), V3f(0, 0, 1))[1], 0.2f);
   EXPECT_TRUE(LightSelectionTree(std::span<LightRecord>()).empty());
+}
+
+// Records of samples that a guide has drawn predict what those without a guide do: samples of the
+// sun are three times as likely, and each counts a third as much.
+TEST(LightSelectionTree, GainsAreRelativeToSamplesWithoutAGuide) {
+  std::vector<LightRecord> records = floor_records(20000, 1);
+  const LightSelectionTree shares(records);
+  const double unguided = second_moment(records, shares);
+  std::vector<LightRecord> guided;
+  for (LightRecord record : records) {
+    const int times = record.kind == LightKind::directional ? 3 : 1;
+    record.moment /= static_cast<float>(times);
+    guided.insert(guided.end(), static_cast<size_t>(times), record);
+  }
+  EXPECT_NEAR(second_moment(guided, shares), unguided, 1e-5); // moments are floats
 }
 
 // Large regions are built by several threads: the tree equals that of one thread, and all leaves
@@ -92,15 +113,19 @@ TEST(LightSelectionTree, FindsManyRegionsTogether) {
   }
 }
 
-// Triangle, two suns and environment: all samples have the density of the pdf functions, and kinds
-// are selected as often as learned.
-TEST(LightSelectionTree, LightSetUsesLearnedProbabilities) {
+// A triangle, three suns, of which one is below the horizon, and an environment.
+LightSet lights_of_all_kinds() {
   LightSetInput input;
   input.emissions = {{Rgb(3.0f), nullptr, true}};
   input.triangles = {{V3f(-1, 2, -1), V3f(1, 2, -1), V3f(0, 2, 1), 0}};
   input.directionals = {{V3f(0, -1, 0), Rgb(2.0f)}, {V3f(0.6f, -0.8f, 0), Rgb(1.0f)}, {V3f(0, 1, 0), Rgb(5.0f)}};
   input.environment = std::make_shared<Environment>(Rgb(0.5f));
-  const LightSet lights(input);
+  return LightSet(input);
+}
+
+// All samples have the density of the pdf functions, and kinds are selected as often as learned.
+TEST(LightSelectionTree, LightSetUsesLearnedProbabilities) {
+  const LightSet lights = lights_of_all_kinds();
   const V3f point(0.2f, 0, 0.1f), normal(0, 1, 0);
   for (const LightProbabilities& learned :
        {LightProbabilities{0.2f, 0.5f, 0.3f}, LightProbabilities{2.0f, 0.05f, 0.4f}}) {
@@ -127,6 +152,32 @@ TEST(LightSelectionTree, LightSetUsesLearnedProbabilities) {
       const double p = static_cast<double>(learned[f] / sum);
       EXPECT_NEAR(counts[f], p * kSamples, 5.0 * std::sqrt(p * (1.0 - p) * kSamples)) << f;
     }
+  }
+}
+
+// Samples with learned probabilities name those with which the same kinds are selected without.
+TEST(LightSelectionTree, LightSetNamesProbabilitiesWithoutAGuide) {
+  const LightSet lights = lights_of_all_kinds();
+  const V3f point(0.2f, 0, 0.1f), normal(0, 1, 0);
+  const LightProbabilities learned{0.2f, 0.7f, 0.1f};
+  const auto number = [](const LightSample& s) { return s.kind == LightKind::directional ? 10 + s.emitter : 0; };
+  const auto key = [&](const LightSample& s) { return std::pair(s.kind, number(s)); };
+  std::map<std::pair<LightKind, uint32_t>, float> unlearned;
+  Random random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const float u_light = random.next_1d();
+    const std::optional<LightSample> s = lights.sample(point, normal, u_light, random.next_2d());
+    ASSERT_TRUE(s);
+    unlearned[key(*s)] = s->kind_probability;
+  }
+  EXPECT_EQ(unlearned.size(), 4U);
+  for (int i = 0; i < 2000; ++i) {
+    const float u_light = random.next_1d();
+    const std::optional<LightSample> s = lights.sample(point, normal, u_light, random.next_2d(), &learned);
+    ASSERT_TRUE(s);
+    const float probability = lights.unlearned_kind_probability(point, normal, *s);
+    EXPECT_EQ(probability, unlearned.at(key(*s)));
+    EXPECT_NE(probability, s->kind_probability);
   }
 }
 

@@ -88,7 +88,7 @@ inline constexpr std::array kStrategies{
                s.sample_rates = SampleRateKind::noise;
                s.min_rates_gain = 1.0;
              },
-             accel::Kind::kdtree, false, 48, true},
+             accel::Kind::kdtree, false, 64, true},
 };
 
 // The number of strategies for a scene with or without casters, moving or not.
