@@ -59,7 +59,7 @@ TEST(ChoosePhotons, LessNoiseWithThem) {
   const auto world = caustic_world();
   RenderSettings settings = photons_open();
   settings.planned_samples = 4096; // a pilot that sees enough
-  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), settings, nullptr, {}, nullptr);
+  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), settings, {}, nullptr);
   ASSERT_GT(choice.fraction, 0.0f);
   EXPECT_LT(relative_noise(*world, given_photons(choice.fraction, 32), 0.01),
             0.7 * relative_noise(*world, long_render(32), 0.01));
@@ -77,21 +77,63 @@ TEST(ChoosePhotons, CostNothingWithoutCasters) {
   expect_same_bits(outcome.film, render_open(*plain, long_render(5)).film, "no casters");
 }
 
-// A rough metal wall that is evenly lit from everywhere: photons find what paths find without
-// noise, and cost time.
-TEST(ChoosePhotons, NoneWhereTheyGainNothing) {
+// Rough metal that is evenly lit from everywhere: photons find what paths find without noise, and
+// cost time.
+std::unique_ptr<const World> evenly_lit_metal() {
   Material metal = diffuse_material(Rgb(0.5f));
   metal.metallic_factor = 1.0f;
   metal.roughness_factor = 0.3f;
-  const auto world = make_world(make_scene({diffuse_material(Rgb(0.7f)), metal, emissive_material(Rgb(1.0f))},
-                                           {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
-                                            sphere(V3f(0, 1, 0), 0.4f, 32, 1), sphere(V3f(0, 0, 0), 40.0f, 32, 2)}),
-                                accel::Kind::kdtree);
+  return make_world(make_scene({diffuse_material(Rgb(0.7f)), metal, emissive_material(Rgb(1.0f))},
+                               {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
+                                sphere(V3f(0, 1, 0), 0.4f, 32, 1), sphere(V3f(0, 0, 0), 40.0f, 32, 2)}),
+                    accel::Kind::kdtree);
+}
+
+TEST(ChoosePhotons, NoneWhereTheyGainNothing) {
+  const auto world = evenly_lit_metal();
   const RenderOutcome outcome = render_open(*world, photons_open());
   EXPECT_GT(outcome.statistics.photons.paths, 0U);
   EXPECT_EQ(outcome.statistics.photons.fraction, 0.0f);
   EXPECT_EQ(outcome.work.photons, 0.0f);
   expect_same_bits(outcome.film, render_open(*world, long_render(5)).film, "none");
+}
+
+// The pilot does not see the guide, which is trained beside the photons, and once.
+TEST(ChoosePhotons, AreChosenBeforeTheGuideIsTrained) {
+  const auto world = lamp_world(accel::Kind::kdtree);
+  RenderSettings settings = photons_open();
+  const PhotonChoice unguided = render_open(*world, settings).statistics.photons;
+  ASSERT_GT(unguided.fraction, 0.0f);
+  settings.guiding = Guiding::on;
+  const RenderOutcome outcome = render_open(*world, settings);
+  EXPECT_EQ(outcome.statistics.photons.fraction, unguided.fraction);
+  EXPECT_EQ(outcome.statistics.photons.predicted, unguided.predicted);
+  RenderSettings given = given_photons(unguided.fraction);
+  given.guiding = Guiding::on;
+  const RenderOutcome beside = render_open(*world, given);
+  expect_same_bits(outcome.film, beside.film, "beside photons");
+  ASSERT_GT(beside.statistics.guiding.paths, 0U);
+  EXPECT_EQ(outcome.statistics.guiding.paths, beside.statistics.guiding.paths);
+  EXPECT_EQ(outcome.statistics.guiding.rays.total(), beside.statistics.guiding.rays.total());
+}
+
+// Without photons the numbers of samples are chosen beside the guide, as if none had been asked
+// for. What their pilots cost before that counts, too.
+TEST(ChoosePhotons, LeaveOtherChoicesToAGuideWithoutThem) {
+  const auto world = evenly_lit_metal();
+  RenderSettings settings = photons_open();
+  settings.guiding = Guiding::on;
+  settings.chooses_direct_samples = settings.chooses_reflection_samples = settings.chooses_path_reuse = true;
+  const RenderOutcome outcome = render_open(*world, settings);
+  ASSERT_GT(outcome.statistics.photons.paths, 0U);
+  ASSERT_EQ(outcome.statistics.photons.fraction, 0.0f);
+  ASSERT_GT(outcome.statistics.guiding.patches, 0) << "no guide, so nothing is tested";
+  settings.chooses_photons = false;
+  const RenderOutcome without = render_open(*world, settings);
+  expect_same_bits(outcome.film, without.film, "photons that are not chosen");
+  EXPECT_EQ(outcome.statistics.direct_samples.predicted, without.statistics.direct_samples.predicted);
+  EXPECT_GT(outcome.statistics.direct_samples.paths, without.statistics.direct_samples.paths);
+  EXPECT_GT(outcome.statistics.direct_samples.busy_s, 0.0);
 }
 
 // A sphere of smooth glass below a lamp of 20 watts per steradian.
@@ -111,7 +153,7 @@ std::unique_ptr<const World> sphere_below_lamp(float radius_m) {
 // Paths from the camera hardly ever meet so small a lamp: its caustic is missing without photons.
 TEST(ChoosePhotons, FindLightThatPathsHardlyEverFind) {
   const auto world = sphere_below_lamp(0.0005f);
-  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), nullptr, {}, nullptr);
+  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), {}, nullptr);
   EXPECT_GT(choice.fraction, 0.0f);
   EXPECT_LT(choice.predicted, 0.5);
 }
@@ -120,7 +162,7 @@ TEST(ChoosePhotons, FindLightThatPathsHardlyEverFind) {
 TEST(ChoosePhotons, NoneWithLampsWithoutASize) {
   const auto world = sphere_below_lamp(0.0f);
   PilotMessages messages;
-  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), nullptr, {}, &messages);
+  const PhotonChoice choice = choose_photons(*world, glass_camera(kPilotSize), photons_open(), {}, &messages);
   EXPECT_EQ(choice.fraction, 0.0f);
   EXPECT_EQ(choice.paths, 0U);
   ASSERT_EQ(messages.notes.size(), 1U);

@@ -56,14 +56,18 @@ class PhotonPilot {
     if (settings.integrator.path_reuse > 1) settings_count_ = 3;
   }
 
+  // See why_no_photons_in().
+  [[nodiscard]] std::string why_none() const {
+    const auto paths = make_light_paths(gathering(settings_.integrator), world_, camera_, settings_.filter, 0);
+    if (paths == nullptr) return "--photons auto: no light reaches glass, metal or a coat that could focus it";
+    if (!has_lamps_without_size(paths->emission)) return {};
+    return "--photons auto: lamps without a size light glass, metal or coats, and what they throw from there is in "
+           "images with photons alone; a number of photons, such as 0.1, shows it";
+  }
+
   [[nodiscard]] PhotonChoice choose() {
     PhotonChoice choice;
-    const auto paths = make_light_paths(gathering(settings_.integrator), world_, camera_, settings_.filter, 0);
-    if (paths == nullptr)
-      choice.why_none = "--photons auto: no light reaches glass, metal or a coat that could focus it";
-    else if (has_lamps_without_size(paths->emission))
-      choice.why_none = "--photons auto: lamps without a size light glass, metal or coats, and what they throw from "
-                        "there is in images with photons alone; a number of photons, such as 0.1, shows it";
+    choice.why_none = why_none();
     if (!choice.why_none.empty()) return choice;
     measure(choice);
     if (!measured_.complete) return choice;
@@ -199,6 +203,10 @@ float max_chosen_photons(const V2i& size_px) {
   constexpr double kMaxPaths = 1U << 18; // of a sample of all pixels
   const double pixels = static_cast<double>(size_px.x) * static_cast<double>(size_px.y);
   return static_cast<float>(std::min(static_cast<double>(kChosenPhotons.back()), kMaxPaths / pixels));
+}
+
+std::string why_no_photons_in(const World& world, const Camera& camera, const SamplePilotSettings& settings) {
+  return PhotonPilot(world, camera, settings, 1, {}).why_none();
 }
 
 PhotonChoice choose_photon_fraction(const World& world, const Camera& camera, const SamplePilotSettings& settings,

@@ -16,6 +16,10 @@ struct PhotonChoice : SampleChoice {
   std::string why_none;  // why a pilot was left out; empty: it was not, or none was asked for
 };
 
+// Returns why the scene has no use for photons, or no pilot for them; empty: it has.
+[[nodiscard]] std::string why_no_photons_in(const World& world, const Camera& camera,
+                                            const SamplePilotSettings& settings);
+
 // Renders blocks all over the image as settings.integrator says, which has no photons, and with
 // photons in place of path reuse (block_noise.h). Chooses the
 // fraction with the least error times cost; 0 if that is not kMinPhotonGain times below the product

@@ -12,6 +12,7 @@
 #include "renderer/session/prepare/train_guide.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace kindling {
@@ -56,6 +57,14 @@ bool suits_path_reuse(const RenderSettings& settings) {
   constexpr uint32_t kMinDenoisedSamples = 64; // four groups of each pixel (reuse_pattern())
   const bool denoised = settings.aovs.contains(Aov::denoising_albedo);
   return !denoised || (settings.planned() >= kMinDenoisedSamples && !settings.time_limit_s);
+}
+
+// Adds the cost of another pilot.
+void add_cost(const SampleChoice& other, SampleChoice& choice) {
+  choice.paths += other.paths;
+  choice.rays.add(other.rays);
+  choice.pilot_s += other.pilot_s;
+  choice.busy_s += other.busy_s;
 }
 
 // Chooses light samples, reflection samples and path reuse for the whole image, as a guide is
@@ -109,17 +118,13 @@ class SamplePilots {
     return check_path_reuse(reusing, camera_).ok();
   }
 
-  // Adds the cost of an earlier pilot of the choice.
   void choose_samples(DirectSampleChoice& choice) {
     if (!open_.lights && !open_.reflections) return;
     SamplePilotSettings pilot = pilot_of(settings_, guide_);
     pilot.paths *= 2; // three settings
     const DirectSampleChoice before =
         std::exchange(choice, choose_direct_samples(world_, camera_, pilot, open_, stopped_));
-    choice.paths += before.paths;
-    choice.rays.add(before.rays);
-    choice.pilot_s += before.pilot_s;
-    choice.busy_s += before.busy_s;
+    add_cost(before, choice);
     take({choice.count, choice.reflections}, choice);
   }
 
@@ -154,7 +159,7 @@ RateChoice prepare_sample_rates(const World& world, const Camera& camera, Render
   return choice;
 }
 
-// Trains the guide beside the light paths or photons that were chosen.
+// Trains the guide beside the light paths that were chosen.
 void train_again(const World& world, const Camera& camera, const RenderSettings& settings,
                  const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
                  TrainedGuide& trained) {
@@ -164,14 +169,45 @@ void train_again(const World& world, const Camera& camera, const RenderSettings&
   trained.busy_s += before.busy_s;
 }
 
-// Stores the photons that were chosen. `open`: the settings before pilots chose anything beside.
-void take_photons(const World& world, const Camera& camera, const RenderSettings& open,
-                  const std::function<bool()>& stopped, const std::function<void(uint64_t)>& on_done,
-                  RenderSettings& settings, PreparedPaths& prepared) {
+// Chooses photons, and light samples, reflection samples and path reuse without a guide: photons
+// bring some of the light that a guide would find, and beside them it learns other things. Changes
+// the settings if there are photons. Else returns them with what was chosen without a guide, or
+// nothing if that was left out because the scene has no use for photons.
+std::optional<RenderSettings> choose_photons_first(const World& world, const Camera& camera,
+                                                   const std::function<bool()>& stopped, ProgressListener* listener,
+                                                   RenderSettings& settings, PreparedPaths& prepared) {
+  RenderSettings unguided = settings, open = settings;
+  const bool useful = why_no_photons(world, camera, settings).empty();
+  if (useful) {
+    SamplePilots(world, camera, unguided, nullptr, stopped).choose(prepared);
+    open.integrator = unguided.integrator;
+  }
+  prepared.photons = choose_photons(world, camera, open, stopped, listener);
+  settings.chooses_photons = unguided.chooses_photons = false;
+  if (!useful) return std::nullopt;
+  if (!(prepared.photons.fraction > 0.0f)) return unguided;
+  settings = unguided;
   settings.integrator = with_photons(open, prepared.photons.fraction).integrator;
   prepared.path_reuse.count = settings.integrator.path_reuse;
   prepared.path_reuse.predicted = 1.0;
-  train_again(world, camera, settings, stopped, on_done, prepared.trained);
+  return std::nullopt;
+}
+
+// Chooses light samples, reflection samples and path reuse beside the guide. `unguided`: the
+// settings with what was chosen without one, if it was.
+void choose_beside_guide(const World& world, const Camera& camera, const std::function<bool()>& stopped,
+                         const std::optional<RenderSettings>& unguided, RenderSettings& settings,
+                         PreparedPaths& prepared) {
+  if (unguided && !prepared.trained.guide) {
+    settings = *unguided;
+    return;
+  }
+  const SampleChoice of_pixels = prepared.path_reuse, of_samples = prepared.direct_samples;
+  prepared.path_reuse = {};
+  prepared.direct_samples = {};
+  SamplePilots(world, camera, settings, prepared.trained.guide.get(), stopped).choose(prepared);
+  add_cost(of_pixels, prepared.path_reuse);
+  add_cost(of_samples, prepared.direct_samples);
 }
 
 } // namespace
@@ -181,6 +217,11 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
                             ProgressListener* listener) {
   PreparedPaths prepared;
   prepared.light_paths.fraction = settings.integrator.light_paths;
+  std::optional<RenderSettings> unguided;
+  if (leaves_photons_open(settings))
+    unguided = choose_photons_first(world, camera, stopped, listener, settings, prepared);
+  const bool photons_chosen = prepared.photons.fraction > 0.0f;
+  if (!photons_chosen) prepared.photons.fraction = settings.integrator.photons;
   prepared.trained = train_guide(world, camera, settings, stopped, on_done);
   if (leaves_light_paths_open(settings)) {
     prepared.light_paths = choose_light_paths(world, camera, settings, prepared.trained.guide.get(), stopped, listener);
@@ -188,15 +229,7 @@ PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSett
     settings.integrator.light_paths = prepared.light_paths.fraction;
     if (prepared.light_paths.fraction > 0.0f) train_again(world, camera, settings, stopped, on_done, prepared.trained);
   }
-  RenderSettings open = settings;
-  SamplePilots(world, camera, settings, prepared.trained.guide.get(), stopped).choose(prepared);
-  prepared.photons.fraction = settings.integrator.photons;
-  if (leaves_photons_open(settings)) {
-    open.integrator = settings.integrator;
-    prepared.photons = choose_photons(world, camera, open, prepared.trained.guide.get(), stopped, listener);
-    settings.chooses_photons = false;
-    if (prepared.photons.fraction > 0.0f) take_photons(world, camera, open, stopped, on_done, settings, prepared);
-  }
+  if (!photons_chosen) choose_beside_guide(world, camera, stopped, unguided, settings, prepared);
   prepared.sample_rates = prepare_sample_rates(world, camera, settings, prepared.trained.guide.get(), stopped);
   return prepared;
 }

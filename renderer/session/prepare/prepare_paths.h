@@ -24,10 +24,10 @@ struct PreparedPaths {
   }
 };
 
-// Trains the guide of a render. If its light paths are left open, chooses them and, if there are
-// some, trains a guide beside them; if path reuse, light samples, photons and sample rates are,
-// chooses those, and trains a guide beside photons. Stores all of them in the settings, where
-// sample rates are no longer `automatic` then.
+// Trains the guide of a render, beside photons if those are left open and some are chosen. If its
+// light paths are left open, chooses them and, if there are some, trains a guide beside them; if
+// path reuse, light samples and sample rates are, chooses those. Stores all of them in the
+// settings, where sample rates are no longer `automatic` then.
 // `stopped`, `on_done` as in train_guide(), `listener` may be null.
 [[nodiscard]] PreparedPaths prepare_paths(const World& world, const Camera& camera, RenderSettings& settings,
                                           const std::function<bool()>& stopped,
