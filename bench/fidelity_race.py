@@ -4,7 +4,7 @@
     bench/fidelity_race.py FOLDER OUT [--only PATTERN]     # then: bench/equal_noise.py OUT --peers cycles,mitsuba
 
 Copies each model with its files and its environment; scenes.json names both. The scenario's camera becomes the only one of the
-copy, so that every renderer has it.
+copy, so that every renderer has it. --without removes an extension that a peer lacks, so that all render the same material.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -25,27 +25,44 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("out", type=Path, help="a new folder, or one that this script made")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="scenarios or models with this in their name; with *, ?: a whole name")
+    parser.add_argument("--without", action="append", default=[], metavar="EXTENSION", help="a glTF extension to remove, such as KHR_materials_iridescence")
     arguments = parser.parse_args()
     scenarios = [scenario for scenario in fidelity_scenarios.read_folder(arguments.folder)
                  if scenario.listed and (not arguments.only or any(fidelity_scenarios.matches(scenario, p) for p in arguments.only))]
     if not scenarios:
         sys.exit(f"{arguments.folder}: no scenario" + (" of that name" if arguments.only else ""))
     (arguments.out / "env").mkdir(parents=True, exist_ok=True)
-    entries = {scenario.model: scene_of(scenario, arguments.out) for scenario in scenarios}
+    entries = {scenario.model: scene_of(scenario, arguments.out, arguments.without) for scenario in scenarios}
     (arguments.out / "scenes.json").write_text(json.dumps(entries, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(f"{len(entries)} scenes in {arguments.out}")
 
 
-def scene_of(scenario, out):
-    """Copies a scenario's model and environment; returns its entry of scenes.json."""
+def scene_of(scenario, out, without):
+    """Copies a scenario's model, less some extensions, and its environment; returns its entry of scenes.json."""
     flags = dict(zip(scenario.flags[::2], scenario.flags[1::2]))
     target = out / scenario.model
     shutil.copytree(scenario.file.parent, target, dirs_exist_ok=True)
-    gltf_json.write_json(target / scenario.file.name, with_camera(gltf_json.read_json(scenario.file), flags, scenario.aspect))
+    document = without_extensions(gltf_json.read_json(scenario.file), without)
+    gltf_json.write_json(target / scenario.file.name, with_camera(document, flags, scenario.aspect))
     environment = flags.get("--env")
     if environment:
         shutil.copy(environment, out / "env" / environment.name)
     return {"file": f"{scenario.model}/{scenario.file.name}", "hdr": environment.name if environment else None, "max_bounces": BOUNCES}
+
+
+def without_extensions(value, names):
+    """A document, or a part of one, in which no object has these extensions."""
+    if isinstance(value, list):
+        return [without_extensions(item, names) for item in value]
+    if not isinstance(value, dict):
+        return value
+    rest = {key: without_extensions(item, names) for key, item in value.items()}
+    for key in ("extensionsUsed", "extensionsRequired"):
+        if key in rest:
+            rest[key] = [name for name in rest[key] if name not in names]
+    if "extensions" in rest:
+        rest["extensions"] = {name: item for name, item in rest["extensions"].items() if name not in names}
+    return {key: item for key, item in rest.items() if not (key.startswith("extensions") and not item)}
 
 
 def with_camera(document, flags, aspect):

@@ -49,7 +49,7 @@ constexpr Moments kPromising{0.91, 0.97, 0.85, 0.97};
 constexpr Moments kPromisingAfterFew{0.98, 0.98, 0.85, 0.98}; // a short probe knows less
 constexpr Moments kWorthwhile{0.88, 0.94, 0.75, 0.94};
 constexpr Moments kWorthwhileAfterFew{0.94, 0.94, 0.75, 0.94}; // few paths predict less than their guide gains
-constexpr Moments kAnyGain{1.0, 1.0, 0.85, 1.0}; // probabilities of lights that predict less of one have lost
+constexpr Moments kAnyGain{1.0, 1.0, 0.85, 1.0};               // lights gain less than they predict
 // A part is not learned again if a probe predicts no less for it. The environment is always learned
 // again.
 constexpr Moments kHopeless{0.97, 0.985, 0.95, 2.0};

@@ -54,6 +54,17 @@ class Camera(unittest.TestCase):
         self.assertEqual(document["scenes"], [{"nodes": [1]}, {"nodes": [0, 2]}])
 
 
+class Extensions(unittest.TestCase):
+    def test_removes_the_named_ones_alone(self):
+        film, sheen = "KHR_materials_iridescence", "KHR_materials_sheen"
+        document = {"extensionsUsed": [film, sheen], "extensionsRequired": [film], "nodes": [{"mesh": 0}], "materials": [
+            {"name": film, "extensions": {film: {"iridescenceFactor": 1}, sheen: {}}}, {"extensions": {film: {}}}, {"alphaCutoff": 0.5}]}
+        self.assertEqual(fidelity_race.without_extensions(document, [film]), {
+            "extensionsUsed": [sheen], "nodes": [{"mesh": 0}],
+            "materials": [{"name": film, "extensions": {sheen: {}}}, {}, {"alphaCutoff": 0.5}]})
+        self.assertEqual(fidelity_race.without_extensions(document, []), document)
+
+
 class Folder(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
@@ -89,6 +100,15 @@ class Folder(unittest.TestCase):
         original, copy = (path.read_bytes() for path in (SCENES / "cornell_box.glb", jobs["Binary"].scene))
         self.assertEqual(int.from_bytes(copy[8:12], "little"), len(copy))
         self.assertEqual(copy[-64:], original[-64:])
+
+    def test_removes_extensions_from_the_copies(self):
+        path = self.models / "Text" / "external_files.gltf"
+        document = gltf_json.read_json(path)
+        document["materials"][0]["extensions"] = {"KHR_materials_ior": {"ior": 2}}
+        gltf_json.write_json(path, dict(document, extensionsUsed=["KHR_materials_ior"]))
+        for words, expected in (((), True), (("--without", "KHR_materials_ior"), False)):
+            self.run_program("--only", "text", *words)
+            self.assertEqual("KHR_materials_ior" in (self.out / "Text" / path.name).read_text(encoding="utf-8"), expected)
 
     def test_takes_a_part_and_refuses_unknown_names(self):
         self.run_program("--only", "text")
