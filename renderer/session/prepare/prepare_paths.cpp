@@ -202,9 +202,8 @@ void choose_beside_guide(const World& world, const Camera& camera, const std::fu
     settings = *unguided;
     return;
   }
-  const SampleChoice of_pixels = prepared.path_reuse, of_samples = prepared.direct_samples;
-  prepared.path_reuse = {};
-  prepared.direct_samples = {};
+  const SampleChoice of_pixels = std::exchange(prepared.path_reuse, {});
+  const DirectSampleChoice of_samples = std::exchange(prepared.direct_samples, {});
   SamplePilots(world, camera, settings, prepared.trained.guide.get(), stopped).choose(prepared);
   add_cost(of_pixels, prepared.path_reuse);
   add_cost(of_samples, prepared.direct_samples);
