@@ -84,8 +84,8 @@ std::unique_ptr<const World> evenly_lit_metal() {
   metal.metallic_factor = 1.0f;
   metal.roughness_factor = 0.3f;
   return make_world(make_scene({diffuse_material(Rgb(0.7f)), metal, emissive_material(Rgb(1.0f))},
-                               {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0),
-                                sphere(V3f(0, 1, 0), 0.4f, 32, 1), sphere(V3f(0, 0, 0), 40.0f, 32, 2)}),
+                               {quad(V3f(-4, 0, 4), V3f(8, 0, 0), V3f(0, 0, -8), 0), sphere(V3f(0, 1, 0), 0.4f, 32, 1),
+                                sphere(V3f(0, 0, 0), 40.0f, 32, 2)}),
                     accel::Kind::kdtree);
 }
 
