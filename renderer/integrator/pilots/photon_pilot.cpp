@@ -67,8 +67,6 @@ class PhotonPilot {
 
   [[nodiscard]] PhotonChoice choose() {
     PhotonChoice choice;
-    choice.why_none = why_none();
-    if (!choice.why_none.empty()) return choice;
     measure(choice);
     if (!measured_.complete) return choice;
     find_rarest();

@@ -7,18 +7,6 @@
 #include "renderer/session/prepare/pilot_integrator.h"
 
 namespace kindling {
-namespace {
-
-SamplePilotSettings pilot_of(const RenderSettings& settings) {
-  SamplePilotSettings pilot{.integrator = pilot_integrator(settings),
-                            .filter = settings.filter,
-                            .seed = settings.seed,
-                            .paths = pilot_paths(settings)};
-  pilot.integrator.presamples_environment = false; // too few paths to pay for a table
-  return pilot;
-}
-
-} // namespace
 
 RenderSettings with_photons(RenderSettings settings, float fraction) {
   settings.integrator.photons = fraction;
@@ -41,15 +29,16 @@ std::string why_no_photons(const RenderSettings& settings, const Camera& camera)
 
 std::string why_no_photons(const World& world, const Camera& camera, const RenderSettings& settings) {
   std::string why = why_no_photons(settings, camera);
-  return why.empty() ? why_no_photons_in(world, camera, pilot_of(settings)) : why;
+  return why.empty() ? why_no_photons_in(world, camera, sample_pilot(settings, nullptr, pilot_paths(settings))) : why;
 }
 
 PhotonChoice choose_photons(const World& world, const Camera& camera, const RenderSettings& settings,
                             const std::function<bool()>& stopped, ProgressListener* listener) {
   PhotonChoice choice;
-  choice.why_none = why_no_photons(settings, camera);
+  choice.why_none = why_no_photons(world, camera, settings);
   if (choice.why_none.empty())
-    choice = choose_photon_fraction(world, camera, pilot_of(settings), settings.planned(), stopped);
+    choice = choose_photon_fraction(world, camera, sample_pilot(settings, nullptr, pilot_paths(settings)),
+                                    settings.planned(), stopped);
   if (!choice.why_none.empty() && listener != nullptr) listener->on_info("no photons are gathered: " + choice.why_none);
   return choice;
 }

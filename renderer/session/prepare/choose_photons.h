@@ -11,7 +11,7 @@ namespace kindling {
 
 // Returns why no pilot is asked for photons; empty: one is. Nothing here depends on the scene.
 [[nodiscard]] std::string why_no_photons(const RenderSettings& settings, const Camera& camera);
-// The same for a scene, some of which have no use for photons.
+// The same with the scene, which may have no use for photons.
 [[nodiscard]] std::string why_no_photons(const World& world, const Camera& camera, const RenderSettings& settings);
 
 // Returns the settings of the same render with photons: without what is left to pilots and does not

@@ -18,17 +18,6 @@
 namespace kindling {
 namespace {
 
-// Half of the paths of a pilot for each of these choices.
-SamplePilotSettings pilot_of(const RenderSettings& settings, const Guide* guide) {
-  SamplePilotSettings pilot{.integrator = pilot_integrator(settings),
-                            .filter = settings.filter,
-                            .guide = guide,
-                            .seed = settings.seed,
-                            .paths = pilot_paths(settings) / 2};
-  pilot.integrator.presamples_environment = false; // too few paths to pay for a table
-  return pilot;
-}
-
 // Returns whether `automatic` looks for sample rates: not with anything that they do not work with,
 // or that traces the same light in another way, and not for a render that is short for a pilot.
 bool may_have_rates(RenderSettings settings) {
@@ -100,9 +89,7 @@ class SamplePilots {
     SampleModel model = before.model;
     if (before.paths == 0) model.first = {integrator.direct_samples, integrator.reflection_samples};
     const OpenCounts open{open_.lights && before.complete, open_.reflections && before.complete, true};
-    SamplePilotSettings pilot = pilot_of(settings_, guide_);
-    pilot.paths *= 2; // in blocks that are large, so that there are few
-    const PathReuseChoice choice = choose_path_reuse(world_, camera_, pilot, model, open, stopped_);
+    const PathReuseChoice choice = choose_path_reuse(world_, camera_, pilot(), model, open, stopped_);
     prepared.path_reuse = choice.sharing;
     integrator.path_reuse = choice.counts.pixels;
     if (choice.counts.pixels == 1) return;
@@ -112,6 +99,7 @@ class SamplePilots {
   }
 
  private:
+  [[nodiscard]] SamplePilotSettings pilot() const { return sample_pilot(settings_, guide_, pilot_paths(settings_)); }
   [[nodiscard]] bool allows_path_reuse() const {
     RenderSettings reusing = settings_;
     reusing.integrator.path_reuse = static_cast<int>(kMaxPathReuse);
@@ -120,10 +108,8 @@ class SamplePilots {
 
   void choose_samples(DirectSampleChoice& choice) {
     if (!open_.lights && !open_.reflections) return;
-    SamplePilotSettings pilot = pilot_of(settings_, guide_);
-    pilot.paths *= 2; // three settings
     const DirectSampleChoice before =
-        std::exchange(choice, choose_direct_samples(world_, camera_, pilot, open_, stopped_));
+        std::exchange(choice, choose_direct_samples(world_, camera_, pilot(), open_, stopped_));
     add_cost(before, choice);
     take({choice.count, choice.reflections}, choice);
   }
@@ -150,9 +136,8 @@ RateChoice prepare_sample_rates(const World& world, const Camera& camera, Render
   } else if (settings.planned() > SampleRates::kPilotLevels &&
              (settings.sample_rates == SampleRateKind::noise ||
               (settings.sample_rates == SampleRateKind::automatic && may_have_rates(settings)))) {
-    SamplePilotSettings pilot = pilot_of(settings, guide);
-    pilot.paths = rate_pilot_paths(settings);
-    choice = choose_sample_rates(world, camera, pilot, settings.planned(), settings.min_rates_gain, stopped);
+    choice = choose_sample_rates(world, camera, sample_pilot(settings, guide, rate_pilot_paths(settings)),
+                                 settings.planned(), settings.min_rates_gain, stopped);
   }
   settings.sample_rates = choice.rule.kind();
   settings.rate_rule = choice.rule;
