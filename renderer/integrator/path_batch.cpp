@@ -176,6 +176,11 @@ void PathIntegrator::finish_batch(std::span<const PixelRect> blocks, size_t path
       film.add_caught(camera_sample.pixel, *caught, camera_sample.filter_weight);
     }
     film.add(camera_sample.pixel, sample);
+    if (context.indirect) {
+      sample.radiance = state.light[kIndirect];
+      context.indirect->add(camera_sample.pixel, sample);
+      sample.radiance = radiance;
+    }
     if (context.split_light && !caught)
       context.split_light->view.add_to(film.view(), film.index_of(camera_sample.pixel), slot, sample, stages_.settings);
     if (context.surfaces.empty()) continue;

@@ -60,6 +60,7 @@ class PathContext final : public ThreadContext {
   LightPathContext light_paths;
   BatchPhotonMaps photon_maps;                     // of the batch's samples; empty: no photons
   std::vector<GatheredPhoton>* gathered = nullptr; // set while a pilot measures photons
+  Film* indirect = nullptr; // likewise while a pilot measures the light of later reflections alone
   // The level of the batch, by which all its paths have their photon map; unset: each by its
   // sample.
   std::optional<uint32_t> level;

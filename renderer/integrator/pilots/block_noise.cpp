@@ -10,7 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <span>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace kindling {
@@ -19,11 +19,19 @@ namespace {
 constexpr size_t kRuns = 2;                          // independent renders of a block
 constexpr int64_t kMaxFilmPixels = int64_t{1} << 14; // blocks of large images are far apart
 
+// Luminance of a pixel: all of it, and that of light which was reflected more than once.
+struct PixelLuminance {
+  double all = 0.0, indirect = 0.0;
+};
+
 // Luminance of the pixels of a block, by setting and run, and what they have gathered.
-struct BlockLuminance : std::array<std::array<std::vector<double>, kRuns>, kMaxNoiseSettings> {
+struct BlockLuminance : std::array<std::array<std::vector<PixelLuminance>, kRuns>, kMaxNoiseSettings> {
   std::vector<GatheredPhoton> photons;
 };
-using Errors = std::array<double, kMaxNoiseSettings>; // by setting
+
+struct PixelErrors : NoiseErrors {
+  size_t block = 0; // its number among those that count
+};
 
 double square_of(double x) { return x * x; }
 
@@ -32,10 +40,23 @@ double mean_luminance(const Film::Totals& totals) {
   return totals.weight > 0.0 ? totals.luminance() / totals.weight : 0.0;
 }
 
-double mean_of(const std::vector<double>& values) {
+double mean_of(const std::vector<PixelLuminance>& pixels) {
   double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
+  for (const PixelLuminance& pixel : pixels) sum += pixel.all;
+  return sum / static_cast<double>(pixels.size());
+}
+
+// Returns the squared errors of a pixel, from the difference of two runs.
+PixelErrors errors_of(const BlockLuminance& block, size_t pixel, size_t settings, double scale2) {
+  PixelErrors errors;
+  for (size_t i = 0; i < settings; ++i) {
+    const PixelLuminance &a = block[i][0][pixel], &b = block[i][1][pixel];
+    const double all = a.all - b.all, indirect = a.indirect - b.indirect;
+    errors.all[i] = square_of(all) / scale2;
+    errors.direct[i] = square_of(all - indirect) / scale2;
+    errors.indirect[i] = square_of(indirect) / scale2;
+  }
+  return errors;
 }
 
 // Adds the squared relative errors of all pixels for each setting, and the photons.
@@ -43,7 +64,7 @@ void add_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& sh
   double sum = 0.0;
   for (const BlockLuminance& block : blocks) sum += mean_of(block[0][0]);
   const double floor = shape.floor * sum / static_cast<double>(blocks.size());
-  std::vector<Errors> errors;
+  std::vector<PixelErrors> errors;
   for (const BlockLuminance& block : blocks) {
     if (block[0][1].empty()) continue; // background
     const auto& last = block[shape.settings - 1];
@@ -55,17 +76,23 @@ void add_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& sh
       photon.luminance /= scale;
       measured.photons.push_back(photon);
     }
-    for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel) {
-      Errors& error = errors.emplace_back();
-      for (size_t i = 0; i < shape.settings; ++i)
-        error[i] = square_of(block[i][0][pixel] - block[i][1][pixel]) / scale2;
+    for (size_t pixel = 0; pixel < block[0][0].size(); ++pixel)
+      errors.emplace_back(errors_of(block, pixel, shape.settings, scale2)).block = measured.of_blocks.size();
+    measured.of_blocks.emplace_back();
+  }
+  std::sort(errors.begin(), errors.end(), [](const PixelErrors& a, const PixelErrors& b) {
+    return std::tuple(a.all[0] + a.all[1], a.all, a.block) < std::tuple(b.all[0] + b.all[1], b.all, b.block);
+  });
+  errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - shape.trimmed)));
+  for (const PixelErrors& error : errors) {
+    NoiseErrors& of_block = measured.of_blocks[error.block];
+    for (size_t i = 0; i < shape.settings; ++i) {
+      measured.error[i] += error.all[i];
+      of_block.all[i] += error.all[i];
+      of_block.direct[i] += error.direct[i];
+      of_block.indirect[i] += error.indirect[i];
     }
   }
-  std::sort(errors.begin(), errors.end(),
-            [](const Errors& a, const Errors& b) { return std::pair(a[0] + a[1], a) < std::pair(b[0] + b[1], b); });
-  errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - shape.trimmed)));
-  for (const Errors& error : errors)
-    for (size_t i = 0; i < shape.settings; ++i) measured.error[i] += error[i];
 }
 
 // The blocks of a pilot, rendered with one setting after the other.
@@ -93,6 +120,9 @@ class NoiseSurvey {
   }
 
   void add_errors_to(MeasuredNoise& measured) const { add_errors(blocks_, shape_, measured); }
+  [[nodiscard]] double lit() const {
+    return static_cast<double>(std::count(is_lit_.begin(), is_lit_.end(), 1)) / static_cast<double>(is_lit_.size());
+  }
 
  private:
   // Small blocks share a batch of paths.
@@ -123,20 +153,23 @@ class NoiseSurvey {
                        size_t setting, size_t run, PathContext& context) {
     std::vector<BlockWork> work;
     for (const size_t number : numbers) work.push_back({.block = grid_.blocks[number], .samples = {0, shape_.samples}});
-    Film film(camera_.size_px(), bounds, AovSet{});
+    Film film(camera_.size_px(), bounds, AovSet{}), indirect(camera_.size_px(), bounds, AovSet{});
     std::vector<GatheredPhoton> gathered;
     context.gathered = shape_.notes_photons && setting + 1 == shape_.settings ? &gathered : nullptr;
+    context.indirect = &indirect;
     integrator.render_blocks(work, context, film);
     context.gathered = nullptr;
+    context.indirect = nullptr;
     for (GatheredPhoton& photon : gathered) {
       photon.run = static_cast<uint32_t>(run);
       blocks_[grid_.cell_of(photon.pixel.x, photon.pixel.y)].photons.push_back(photon);
     }
     for (size_t i = 0; i < work.size(); ++i) {
-      std::vector<double>& luminances = blocks_[numbers[i]][setting][run];
+      std::vector<PixelLuminance>& luminances = blocks_[numbers[i]][setting][run];
       const PixelRect& block = work[i].block;
       for (int y = block.min.y; y < block.max.y; ++y)
-        for (int x = block.min.x; x < block.max.x; ++x) luminances.push_back(mean_luminance(film.totals({x, y})));
+        for (int x = block.min.x; x < block.max.x; ++x)
+          luminances.push_back({mean_luminance(film.totals({x, y})), mean_luminance(indirect.totals({x, y}))});
     }
   }
 
@@ -151,6 +184,19 @@ class NoiseSurvey {
 };
 
 } // namespace
+
+void MeasuredNoise::add(const MeasuredNoise& other) {
+  complete &= other.complete;
+  of_blocks.insert(of_blocks.end(), other.of_blocks.begin(), other.of_blocks.end());
+  for (size_t i = 0; i < kMaxNoiseSettings; ++i) {
+    error[i] += other.error[i];
+    shadow_rays[i] += other.shadow_rays[i];
+    photon_rays[i] += other.photon_rays[i];
+  }
+  photons.insert(photons.end(), other.photons.begin(), other.photons.end());
+  camera_rays += other.camera_rays;
+  bounce_rays += other.bounce_rays;
+}
 
 MeasuredNoise measure_noise(const World& world, const Camera& camera, const SamplePilotSettings& settings,
                             const NoiseBlocks& shape, const std::function<void(IntegratorSettings&, size_t)>& change,
@@ -181,6 +227,7 @@ MeasuredNoise measure_noise(const World& world, const Camera& camera, const Samp
       if (run == 0) measured.camera_rays += kRuns * static_cast<double>(work.rays.camera);
     }
   if (measured.complete) survey.add_errors_to(measured);
+  measured.lit = survey.lit();
   choice.pilot_s += std::chrono::duration<double>(Clock::now() - start).count();
   return measured;
 }

@@ -64,11 +64,19 @@ struct RayCosts {
 // of 22 scenes.
 inline constexpr RayCosts kSampleRayCosts{.camera = 1.0, .bounce = 3.0, .shadow = 1.0};
 
+// Squared relative errors of the settings, summed over the same pixels: of all light, of what
+// is reflected once or not at all, and of the rest.
+struct NoiseErrors {
+  std::array<double, kMaxNoiseSettings> all{}, direct{}, indirect{};
+};
+
 // Noise and cost of the settings.
 struct MeasuredNoise {
   bool complete = false;                         // neither stopped nor too few paths for a block
-  std::array<double, kMaxNoiseSettings> error{}; // squared relative errors, summed over the same pixels
+  std::vector<NoiseErrors> of_blocks;            // those that are lit
+  std::array<double, kMaxNoiseSettings> error{}; // NoiseErrors::all, summed over the blocks
   std::array<double, kMaxNoiseSettings> shadow_rays{}, photon_rays{};
+  double lit = 0.0; // share of the blocks whose paths sample a light
   // Those of the last setting, if NoiseBlocks::notes_photons; their luminance is relative to their
   // block.
   std::vector<GatheredPhoton> photons;
@@ -77,6 +85,8 @@ struct MeasuredNoise {
   [[nodiscard]] double cost(const RayCosts& costs, size_t setting = 0) const { // without photons
     return costs.camera * camera_rays + costs.bounce * bounce_rays + costs.shadow * shadow_rays[setting];
   }
+  // Adds the work and the noise of other blocks with the same settings; `complete` if both are.
+  void add(const MeasuredNoise& other);
   [[nodiscard]] double more_shadow_rays() const { return std::max(shadow_rays[1] - shadow_rays[0], 0.0); }
 };
 

@@ -4,8 +4,10 @@
 #include "renderer/integrator/pilots/direct_sample_pilot.h"
 
 #include "renderer/film/film.h"
+#include "renderer/integrator/pilots/noise_shares.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace kindling {
@@ -15,15 +17,22 @@ namespace {
 // samples more than whole paths, so that their share of the noise falls with the number of samples.
 constexpr uint32_t kSamples = 8;
 constexpr int kSide = 2; // of a block, in pixels: many small blocks see more of the image
-constexpr double kTrimmed = 0.01;
+constexpr double kTrimmed = 0.005;
 constexpr int kMeasuredReflections = 2;
 // A reflection sample costs as much as so many light samples: its shadow ray is alone, and its
 // texels are not in the caches. Fitted to times of path tracing of 22 scenes.
 constexpr double kReflectionCost = 1.5;
-// A probe has this fraction of the paths. It ends the pilot if nothing would be gained although
-// light samples had this much more of the noise than it finds, and reflection samples as much.
+// A path's direction finds either a light or a surface, so that the noise of direct and of indirect
+// light have a negative covariance. With more light samples less of the direct light depends on
+// that direction, and this share of the covariance is lost. Fitted to three scenes.
+constexpr double kLostCovariance = 0.4;
+// The first of two parts of the pilot has this fraction of the paths. It ends the pilot if nothing
+// would be gained although light samples had this much more of the noise than it finds, and
+// reflection samples as much.
 constexpr uint64_t kProbeFraction = 4;
 constexpr double kDoubt = 0.15;
+// Where the background fills more than half of the image, the other part has twice as many blocks.
+constexpr double kMinLit = 0.5;
 
 class DirectSamplePilot {
  public:
@@ -43,9 +52,16 @@ class DirectSamplePilot {
 
   [[nodiscard]] DirectSampleChoice choose() const {
     DirectSampleChoice choice{{.count = given_.lights}, given_.reflections, {.first = given_}};
-    if (measured_counts_.size() < 2 || (open_.lights && is_hopeless(choice))) return choice;
-    const MeasuredNoise measured = measure(measured_counts_.size(), settings_.paths, choice);
-    if (!measured.complete || !(measured.error[0] > 0.0)) return choice;
+    if (measured_counts_.size() < 2) return choice;
+    const auto shows_noise = [](const MeasuredNoise& measured) { return measured.complete && measured.error[0] > 0.0; };
+    MeasuredNoise measured = measure(settings_.paths / kProbeFraction, choice);
+    if (shows_noise(measured)) {
+      choice.model = model_of(measured);
+      if (is_hopeless(choice.model)) return choice;
+    }
+    const double left = static_cast<double>(settings_.paths - settings_.paths / kProbeFraction);
+    measured.add(measure(static_cast<uint64_t>(left / std::max(measured.lit, kMinLit)), choice));
+    if (!shows_noise(measured)) return choice;
     choice.model = model_of(measured);
     choice.complete = true;
     const SampleCounts best = best_counts(choice.model, open_);
@@ -56,59 +72,58 @@ class DirectSamplePilot {
   }
 
  private:
-  [[nodiscard]] MeasuredNoise measure(size_t count, uint64_t paths, DirectSampleChoice& choice) const {
+  // Measures whole paths with the given numbers, then direct light alone with more samples: light
+  // of later bounces is the same, and its noise would hide what they take away.
+  [[nodiscard]] MeasuredNoise measure(uint64_t paths, DirectSampleChoice& choice) const {
     // Paths that are shared between pixels are followed in whole blocks.
-    const NoiseBlocks blocks{settings_.integrator.path_reuse > 1 ? kBlockSize : kSide, kSamples, count, kTrimmed};
+    const int side = settings_.integrator.path_reuse > 1 ? kBlockSize : kSide;
+    const NoiseBlocks blocks{side, kSamples, measured_counts_.size(), kTrimmed};
     const auto change = [&](IntegratorSettings& integrator, size_t setting) {
       integrator.direct_samples = measured_counts_[setting].lights;
       integrator.reflection_samples = measured_counts_[setting].reflections;
+      if (setting == 0) return;
+      integrator.max_bounces = integrator.max_transmission_bounces = 0;
+      integrator.path_reuse = 1; // of later bounces
     };
     SamplePilotSettings settings = settings_;
     settings.paths = paths;
     return measure_noise(world_, camera_, settings, blocks, change, stopped_, choice);
   }
 
-  // Returns whether a probe finds too little noise that more light samples would take away. False
-  // if the pilot is too short for one.
-  [[nodiscard]] bool is_hopeless(DirectSampleChoice& choice) const {
-    const MeasuredNoise measured = measure(2, settings_.paths / kProbeFraction, choice);
-    if (!measured.complete || !(measured.error[0] > 0.0)) return false;
-    choice.model = model_of_lights(measured);
-    SampleModel hopeful = choice.model;
-    hopeful.of_lights = std::min(hopeful.of_lights + kDoubt, 1.0);
+  // Returns whether too little noise is found that more light samples would take away.
+  [[nodiscard]] bool is_hopeless(SampleModel model) const {
+    if (!open_.lights) return false;
+    model.of_lights = std::min(model.of_lights + kDoubt, 1.0);
     if (open_.reflections) {
-      hopeful.of_reflections = std::min(kDoubt, 1.0 - hopeful.of_lights);
-      hopeful.reflection_cost = hopeful.light_cost;
+      model.of_reflections = std::min(kDoubt, 1.0 - model.of_lights);
+      model.reflection_cost = model.light_cost;
     }
-    return !(hopeful.product(best_counts(hopeful, open_)) < 1.0);
-  }
-
-  // Returns the share of the first setting's noise that falls with a number. The setting after
-  // `before` removes `part` of that share.
-  [[nodiscard]] static double falling(const MeasuredNoise& measured, size_t before, double part) {
-    return std::clamp((measured.error[before] - measured.error[before + 1]) / part, 0.0, measured.error[before]) /
-           measured.error[0];
-  }
-  // Returns the cost of the shadow rays that a setting adds to the one before, relative to that of
-  // the first.
-  [[nodiscard]] static double added_cost(const MeasuredNoise& measured, size_t before) {
-    return std::max(measured.shadow_rays[before + 1] - measured.shadow_rays[before], 0.0) /
-           measured.cost(kSampleRayCosts);
-  }
-
-  [[nodiscard]] SampleModel model_of_lights(const MeasuredNoise& measured) const {
-    SampleModel model{.first = given_};
-    model.of_lights = falling(measured, 0, 1.0 - 1.0 / kMeasuredDirectSamples);
-    model.light_cost = added_cost(measured, 0) / (kMeasuredDirectSamples - 1);
-    return model;
+    return !(model.product(best_counts(model, open_)) < 1.0);
   }
 
   [[nodiscard]] SampleModel model_of(const MeasuredNoise& measured) const {
-    SampleModel model = open_.lights ? model_of_lights(measured) : SampleModel{.first = given_};
+    const size_t of_lights = open_.lights ? 1 : 0;
+    std::vector<BlockShares> blocks;
+    for (const NoiseErrors& errors : measured.of_blocks) {
+      BlockShares& block = blocks.emplace_back(BlockShares{.all = errors.all[0]});
+      const double shared = errors.all[0] - errors.direct[0] - errors.indirect[0];
+      if (open_.lights)
+        block.lights =
+            (errors.direct[0] - errors.direct[1] + kLostCovariance * shared) / (1.0 - 1.0 / kMeasuredDirectSamples);
+      if (open_.reflections)
+        block.reflections =
+            (errors.direct[of_lights] - errors.direct[of_lights + 1]) / (1.0 - 1.0 / (1 + kMeasuredReflections));
+    }
+    const NoiseShares shares = likely_shares(blocks, open_.lights, open_.reflections);
+    SampleModel model{.first = given_, .of_lights = shares.lights, .of_reflections = shares.reflections};
+    // Direct light alone has the shadow rays of the first surface alone.
+    const double cost = measured.cost(kSampleRayCosts);
+    const std::array<double, kMaxNoiseSettings>& rays = measured.shadow_rays;
+    if (open_.lights) model.light_cost = rays[1] / kMeasuredDirectSamples / cost;
     if (open_.reflections) {
-      const size_t before = measured_counts_.size() - 2;
-      model.of_reflections = falling(measured, before, 1.0 - 1.0 / (1 + kMeasuredReflections));
-      model.reflection_cost = kReflectionCost * added_cost(measured, before) / kMeasuredReflections;
+      const double of_each = open_.lights ? std::max(rays[2] - rays[1], 0.0) / kMeasuredReflections
+                                          : rays[1] / (given_.lights + kMeasuredReflections);
+      model.reflection_cost = kReflectionCost * of_each / cost;
     }
     return model;
   }

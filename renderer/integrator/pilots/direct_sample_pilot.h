@@ -13,11 +13,13 @@ struct DirectSampleChoice : SampleChoice { // `count`: of light samples
   bool complete = false;                   // the model is of the whole pilot, not of its probe
 };
 
-// Renders blocks all over the image with one light sample at the first surface, with
-// kMeasuredDirectSamples, and with two reflection samples as well (block_noise.h), and chooses the
-// best numbers by the model that follows (sample_model.h). A probe ends the pilot early where
-// neither can gain. settings.integrator has the numbers that are not `open`, and always that of
-// pixels. Once `stopped` returns true, the choice is 1 and 0.
+// Renders blocks all over the image with one light sample at the first surface, and then their
+// direct light alone with kMeasuredDirectSamples, and with two reflection samples as well
+// (block_noise.h). Chooses the best numbers by the model that follows (sample_model.h), in which
+// light samples and reflection samples have their likely shares of the noise (noise_shares.h). The
+// pilot ends after a quarter of its paths where neither can gain. settings.integrator has the
+// numbers that are not `open`, and always that of pixels. Once `stopped` returns true, the choice
+// is 1 and 0.
 [[nodiscard]] DirectSampleChoice choose_direct_samples(const World& world, const Camera& camera,
                                                        const SamplePilotSettings& settings, OpenCounts open,
                                                        const std::function<bool()>& stopped);

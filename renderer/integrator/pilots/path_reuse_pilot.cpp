@@ -14,6 +14,9 @@ constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 8};
 // of the records, relative to the cost without.
 constexpr double kLinkCost = 1.5;
 constexpr double kRecordCost = 0.12;
+// Few blocks measure more than this share of the noise; beside it many light samples would seem to
+// remove all that is left.
+constexpr double kMaxFalling = 0.9;
 
 } // namespace
 
@@ -29,7 +32,14 @@ PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, cons
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice.sharing);
   const double all = measured.error[0];
   if (!measured.complete || !(all > 0.0)) return choice;
-  const double falling = std::clamp((all - measured.error[1]) / (1.0 - 1.0 / kPixels), 0.0, all);
+  // Shared paths bring light of later reflections alone; the noise of other light would hide
+  // theirs.
+  double indirect = 0.0, shared = 0.0;
+  for (const NoiseErrors& errors : measured.of_blocks) {
+    indirect += errors.indirect[0];
+    shared += errors.indirect[1];
+  }
+  const double falling = std::clamp((indirect - shared) / (1.0 - 1.0 / kPixels), 0.0, kMaxFalling * all);
   model.of_sharing = falling / all * model.error(without);
   model.sharing_cost = kRecordCost * model.cost(without);
   model.pixel_cost =
