@@ -54,10 +54,14 @@ void add_spheres(std::span<Box3f> boxes, size_t count, std::vector<EmissionTarge
 // keys, so that each point stays within the bounds of all pairs of them.
 Box3f bounds_of(const GeometryView& geometry, std::span<const M44f> matrices) {
   Box3f box;
+  // Triangles share most vertices, and some vertices have no triangle.
+  std::vector<uint8_t> used(geometry.positions.size(), 0);
+  for (const uint32_t vertex : geometry.indices) used[vertex] = 1;
   for (size_t key = 0; key <= geometry.later_positions.size(); ++key) {
     const std::span<const V3f> positions = key == 0 ? geometry.positions : geometry.later_positions[key - 1];
     for (const M44f& matrix : matrices)
-      for (const uint32_t vertex : geometry.indices) box.extendBy(transform_point(matrix, positions[vertex]));
+      for (size_t vertex = 0; vertex < used.size(); ++vertex)
+        if (used[vertex] != 0) box.extendBy(transform_point(matrix, positions[vertex]));
   }
   return box;
 }
