@@ -177,9 +177,9 @@ void PathIntegrator::finish_batch(std::span<const PixelRect> blocks, size_t path
     }
     film.add(camera_sample.pixel, sample);
     if (context.indirect) {
-      sample.radiance = state.light[kIndirect];
-      context.indirect->add(camera_sample.pixel, sample);
-      sample.radiance = radiance;
+      FilmSample indirect = sample;
+      if (!caught) indirect.radiance = state.light[kIndirect];
+      context.indirect->add(camera_sample.pixel, indirect);
     }
     if (context.split_light && !caught)
       context.split_light->view.add_to(film.view(), film.index_of(camera_sample.pixel), slot, sample, stages_.settings);

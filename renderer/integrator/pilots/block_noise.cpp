@@ -85,13 +85,8 @@ void add_errors(const std::vector<BlockLuminance>& blocks, const NoiseBlocks& sh
   });
   errors.resize(static_cast<size_t>(static_cast<double>(errors.size()) * (1.0 - shape.trimmed)));
   for (const PixelErrors& error : errors) {
-    NoiseErrors& of_block = measured.of_blocks[error.block];
-    for (size_t i = 0; i < shape.settings; ++i) {
-      measured.error[i] += error.all[i];
-      of_block.all[i] += error.all[i];
-      of_block.direct[i] += error.direct[i];
-      of_block.indirect[i] += error.indirect[i];
-    }
+    measured.error.add(error);
+    measured.of_blocks[error.block].add(error);
   }
 }
 
@@ -185,11 +180,19 @@ class NoiseSurvey {
 
 } // namespace
 
+void NoiseErrors::add(const NoiseErrors& other) {
+  for (size_t i = 0; i < kMaxNoiseSettings; ++i) {
+    all[i] += other.all[i];
+    direct[i] += other.direct[i];
+    indirect[i] += other.indirect[i];
+  }
+}
+
 void MeasuredNoise::add(const MeasuredNoise& other) {
   complete &= other.complete;
   of_blocks.insert(of_blocks.end(), other.of_blocks.begin(), other.of_blocks.end());
+  error.add(other.error);
   for (size_t i = 0; i < kMaxNoiseSettings; ++i) {
-    error[i] += other.error[i];
     shadow_rays[i] += other.shadow_rays[i];
     photon_rays[i] += other.photon_rays[i];
   }

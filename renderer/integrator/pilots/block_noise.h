@@ -64,17 +64,19 @@ struct RayCosts {
 // of 22 scenes.
 inline constexpr RayCosts kSampleRayCosts{.camera = 1.0, .bounce = 3.0, .shadow = 1.0};
 
-// Squared relative errors of the settings, summed over the same pixels: of all light, of what
-// is reflected once or not at all, and of the rest.
+// Squared relative errors of the settings, summed over the same pixels: of all light, of light that
+// was reflected once or not at all, and of the rest.
 struct NoiseErrors {
   std::array<double, kMaxNoiseSettings> all{}, direct{}, indirect{};
+
+  void add(const NoiseErrors& other);
 };
 
 // Noise and cost of the settings.
 struct MeasuredNoise {
-  bool complete = false;                         // neither stopped nor too few paths for a block
-  std::vector<NoiseErrors> of_blocks;            // those that are lit
-  std::array<double, kMaxNoiseSettings> error{}; // NoiseErrors::all, summed over the blocks
+  bool complete = false;              // neither stopped nor too few paths for a block
+  std::vector<NoiseErrors> of_blocks; // those that are lit
+  NoiseErrors error;                  // summed over the blocks
   std::array<double, kMaxNoiseSettings> shadow_rays{}, photon_rays{};
   double lit = 0.0; // share of the blocks whose paths sample a light
   // Those of the last setting, if NoiseBlocks::notes_photons; their luminance is relative to their

@@ -22,13 +22,13 @@ constexpr int kMeasuredReflections = 2;
 // A reflection sample costs as much as so many light samples: its shadow ray is alone, and its
 // texels are not in the caches. Fitted to times of path tracing of 22 scenes.
 constexpr double kReflectionCost = 1.5;
-// A path's direction finds either a light or a surface, so that the noise of direct and of indirect
-// light have a negative covariance. With more light samples less of the direct light depends on
-// that direction, and this share of the covariance is lost. Fitted to three scenes.
+// A path's direction finds either a light or a surface, so direct and indirect light have a
+// negative covariance. With more light samples less of the direct light depends on that direction,
+// and this share of the covariance is lost. Fitted to three scenes.
 constexpr double kLostCovariance = 0.4;
-// The first of two parts of the pilot has this fraction of the paths. It ends the pilot if nothing
-// would be gained although light samples had this much more of the noise than it finds, and
-// reflection samples as much.
+// The first of two parts of the pilot, a probe, has this fraction of the paths. It ends the pilot
+// if nothing would be gained although light samples had this much more of the noise than it finds,
+// and reflection samples as much.
 constexpr uint64_t kProbeFraction = 4;
 constexpr double kDoubt = 0.15;
 // Where the background fills more than half of the image, the other part has twice as many blocks.
@@ -53,7 +53,9 @@ class DirectSamplePilot {
   [[nodiscard]] DirectSampleChoice choose() const {
     DirectSampleChoice choice{{.count = given_.lights}, given_.reflections, {.first = given_}};
     if (measured_counts_.size() < 2) return choice;
-    const auto shows_noise = [](const MeasuredNoise& measured) { return measured.complete && measured.error[0] > 0.0; };
+    const auto shows_noise = [](const MeasuredNoise& measured) {
+      return measured.complete && measured.error.all[0] > 0.0;
+    };
     MeasuredNoise measured = measure(settings_.paths / kProbeFraction, choice);
     if (shows_noise(measured)) {
       choice.model = model_of(measured);
@@ -102,17 +104,17 @@ class DirectSamplePilot {
   }
 
   [[nodiscard]] SampleModel model_of(const MeasuredNoise& measured) const {
-    const size_t of_lights = open_.lights ? 1 : 0;
+    const size_t last_of_lights = open_.lights ? 1 : 0; // setting
     std::vector<BlockShares> blocks;
     for (const NoiseErrors& errors : measured.of_blocks) {
       BlockShares& block = blocks.emplace_back(BlockShares{.all = errors.all[0]});
-      const double shared = errors.all[0] - errors.direct[0] - errors.indirect[0];
+      const double twice_covariance = errors.all[0] - errors.direct[0] - errors.indirect[0];
       if (open_.lights)
-        block.lights =
-            (errors.direct[0] - errors.direct[1] + kLostCovariance * shared) / (1.0 - 1.0 / kMeasuredDirectSamples);
+        block.lights = (errors.direct[0] - errors.direct[1] + kLostCovariance * twice_covariance) /
+                       (1.0 - 1.0 / kMeasuredDirectSamples);
       if (open_.reflections)
-        block.reflections =
-            (errors.direct[of_lights] - errors.direct[of_lights + 1]) / (1.0 - 1.0 / (1 + kMeasuredReflections));
+        block.reflections = (errors.direct[last_of_lights] - errors.direct[last_of_lights + 1]) /
+                            (1.0 - 1.0 / (1 + kMeasuredReflections));
     }
     const NoiseShares shares = likely_shares(blocks, open_.lights, open_.reflections);
     SampleModel model{.first = given_, .of_lights = shares.lights, .of_reflections = shares.reflections};

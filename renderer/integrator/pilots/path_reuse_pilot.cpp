@@ -14,8 +14,8 @@ constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 8};
 // of the records, relative to the cost without.
 constexpr double kLinkCost = 1.5;
 constexpr double kRecordCost = 0.12;
-// Few blocks measure more than this share of the noise; beside it many light samples would seem to
-// remove all that is left.
+// In few blocks sharing may seem to remove all noise, beside which any number of light samples
+// would remove what is left. So its share is at most this.
 constexpr double kMaxFalling = 0.9;
 
 } // namespace
@@ -30,16 +30,12 @@ PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, cons
     integrator.path_reuse = setting == 0 ? 1 : kPixels;
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice.sharing);
-  const double all = measured.error[0];
+  const double all = measured.error.all[0];
   if (!measured.complete || !(all > 0.0)) return choice;
   // Shared paths bring light of later reflections alone; the noise of other light would hide
   // theirs.
-  double indirect = 0.0, shared = 0.0;
-  for (const NoiseErrors& errors : measured.of_blocks) {
-    indirect += errors.indirect[0];
-    shared += errors.indirect[1];
-  }
-  const double falling = std::clamp((indirect - shared) / (1.0 - 1.0 / kPixels), 0.0, kMaxFalling * all);
+  const double removed = measured.error.indirect[0] - measured.error.indirect[1];
+  const double falling = std::clamp(removed / (1.0 - 1.0 / kPixels), 0.0, kMaxFalling * all);
   model.of_sharing = falling / all * model.error(without);
   model.sharing_cost = kRecordCost * model.cost(without);
   model.pixel_cost =

@@ -73,7 +73,7 @@ class PhotonPilot {
     // The ratio of densities says too much, since sparkles that most images lack have most of that
     // noise, and the paths of the pilot say too little, since they have met few of them. The
     // geometric mean of both is near to what images show.
-    const double alone = measured_.error[settings_count_ - 2], beside = measured_.error[settings_count_ - 1];
+    const double alone = measured_.error.all[settings_count_ - 2], beside = measured_.error.all[settings_count_ - 1];
     const PhotonNoise here = noise_at(1.0);
     const double rest = std::max(beside - here.camera - here.photons, 0.1 * beside);
     const double by_ratio = noise_at(0.0).camera;
@@ -81,7 +81,7 @@ class PhotonPilot {
     const double removed = std::max(std::sqrt(by_ratio * by_paths), by_paths);
     // Light that paths from the camera lack is an error that more samples do not make smaller.
     const double missing = missing_light() * samples_per_pixel_ / kSamplesOfMap;
-    const double without = (measured_.error[0] - alone + rest + removed + missing) * cost(0, 0.0);
+    const double without = (measured_.error.all[0] - alone + rest + removed + missing) * cost(0, 0.0);
     if (!(without > 0.0)) return choice;
     for (const float chosen : kChosenPhotons) {
       const float fraction = std::min(chosen, max_chosen_photons(camera_.size_px()));
