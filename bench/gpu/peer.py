@@ -7,7 +7,7 @@ import sys
 from one_round import ROOT, Skipped, chosen_jobs
 from peers import install, run
 
-SCENES = ("cornell", "manylights", "dragon")
+SCENES = ("cornell", "manylights", "dragon", "hotel", "glass", "lambo")
 
 
 def peer(the_round):

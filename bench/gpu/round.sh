@@ -44,8 +44,7 @@ pack() {
     cp "$root/$folder"/*.py "$work/round/$folder"
   done
   cp "$root/bench/gpu/round.sh" "$work/round/bench/gpu"
-  cp "$root"/bench/{renderers,equal_noise,equal_noise_page,pixels,image_files,plots,with_numpy}.py "$work/round/bench"
-  cp "$root"/bench/{fidelity_images,color_difference,flip}.py "$work/round/bench"
+  cp "$root"/bench/*.py "$work/round/bench"
   cp "$root/tests/device/same_images.py" "$work/round/tests/device"
   (cd "$root" && git ls-files -z scenes | grep -zE '\.(glb|gltf|bin|hdr|exr|png|jpg|webp|ktx2|ies)$' | grep -zvE '/(broken|images)/' | tar --null -T - -c) |
     tar -x -C "$work/round"
