@@ -21,9 +21,14 @@ DeviceIntegrator::DeviceIntegrator(Device& device, const IntegratorSettings& set
   setup_.path_reuse = static_cast<uint32_t>(settings.path_reuse);
   setup_.image_px = input.camera.size_px();
   setup_.first_hits = first_hits_.get();
-  DevicePlan plan = plan_device_memory(
-      device, input, [this](uint32_t paths) { return wave_bytes(paths); }, setup_.photons.bytes());
+  // With sample rates a wave knows the level of its first samples alone, which decides on their
+  // map.
+  const auto pixels = static_cast<uint64_t>(setup_.image_px.x) * static_cast<uint64_t>(setup_.image_px.y);
+  const uint32_t maps = setup_.has_rates ? 1 : PhotonMapsOnDevice::filling(device.wave_size(), setup_.photons, pixels);
+  DevicePlan plan = plan_device_memory(device, input, [this](uint32_t paths) { return wave_bytes(paths); },
+                                       {.bytes = setup_.photons.bytes(), .together = maps});
   setup_.paths = plan.paths;
+  setup_.photon_maps = plan.photon_maps;
   if (plan.tiles)
     pager_ = std::make_unique<TilePager>(device, world_.textures, std::move(*plan.tiles), plan.slots, plan.paths);
   setup_.pager = pager_.get();
@@ -62,9 +67,9 @@ uint32_t DeviceIntegrator::render_block(const PixelRect& block, const SampleRang
   return work[0].added;
 }
 
-// A pass needs one photon map, since the device has room for one.
+// A pass needs no more photon maps than there is room for.
 uint32_t DeviceIntegrator::samples_per_pass() const {
-  return setup_.photons.empty() ? Integrator::samples_per_pass() : setup_.photons.samples;
+  return setup_.photons.empty() ? Integrator::samples_per_pass() : setup_.photon_maps * setup_.photons.samples;
 }
 
 void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& context, Film& film) const {
@@ -77,9 +82,9 @@ void DeviceIntegrator::render_blocks(std::span<BlockWork> work, ThreadContext& c
   }
   while (!all.empty()) {
     uint32_t end = all.end;
-    if (!setup_.photons.empty()) { // those of one map
+    if (!setup_.photons.empty()) { // those of as many maps as there is room for
       const uint32_t per_map = setup_.photons.samples;
-      end = std::min(end, (all.first / per_map + 1) * per_map);
+      end = std::min(end, (all.first / per_map + setup_.photon_maps) * per_map);
     }
     if (!render_samples(work, {all.first, end}, wave, film)) return;
     all.first = end;

@@ -26,11 +26,13 @@ std::string refusal(const Device& device, uint64_t free, uint64_t scene, uint64_
 } // namespace
 
 DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& input,
-                              const std::function<uint64_t(uint32_t)>& wave_bytes, uint64_t photon_bytes) {
+                              const std::function<uint64_t(uint32_t)>& wave_bytes, const PhotonMapNeeds& photons) {
   const uint64_t free = device.free_bytes();
   const auto waves = [&](uint32_t paths) { return wave_bytes(paths) + kAlignments; };
-  const uint64_t scene = scene_on_device_bytes(input, nullptr), whole = scene + photon_bytes;
+  const uint64_t scene = scene_on_device_bytes(input, nullptr), whole = scene + photons.bytes;
   const uint32_t max_paths = device.wave_size();
+  if (scene + photons.together * photons.bytes + waves(max_paths) <= free)
+    return {.paths = max_paths, .photon_maps = photons.together};
   for (uint32_t paths = max_paths; paths >= std::max(max_paths / 16, kMinWaveSize); paths /= 2)
     if (whole + waves(paths) <= free) return {.paths = paths};
   const uint32_t fewest = std::min(max_paths, kMinWaveSize);
@@ -38,9 +40,9 @@ DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& inpu
   if (tiles.tile_count() == 0) {
     for (uint32_t paths = max_paths; paths >= fewest; paths /= 2)
       if (whole + waves(paths) <= free) return {.paths = paths};
-    throw DeviceError(refusal(device, free, scene, photon_bytes, waves(fewest), 0));
+    throw DeviceError(refusal(device, free, scene, photons.bytes, waves(fewest), 0));
   }
-  const uint64_t untextured = scene_on_device_bytes(input, &tiles), rest = untextured + photon_bytes;
+  const uint64_t untextured = scene_on_device_bytes(input, &tiles), rest = untextured + photons.bytes;
   const uint32_t min_slots = std::min(tiles.tiles_of_surface, tiles.tile_count());
   uint32_t paths = max_paths;
   const uint64_t room = free > rest ? free - rest : 0;
@@ -49,8 +51,8 @@ DevicePlan plan_device_memory(const Device& device, const DeviceSceneInput& inpu
   const uint32_t slots = TilePager::slots_within(for_tiles, tiles, paths);
   if (slots < min_slots)
     throw DeviceError(
-        refusal(device, free, untextured, photon_bytes, waves(fewest), TilePager::bytes(tiles, min_slots, fewest)));
-  return {paths, std::move(tiles), slots};
+        refusal(device, free, untextured, photons.bytes, waves(fewest), TilePager::bytes(tiles, min_slots, fewest)));
+  return {.paths = paths, .tiles = std::move(tiles), .slots = slots};
 }
 
 } // namespace kindling

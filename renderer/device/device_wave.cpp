@@ -64,7 +64,11 @@ uint32_t DeviceWave::take(size_t number, const PixelRect& wanted, const SampleRa
     while (count > 0 && (sum = samples_at(block, {samples.first, samples.first + count}, *rates)) > room) --count;
   }
   if (count == 0) return 0;
-  const SampleRange passes = light_path_passes(light_paths_, {samples.first, samples.first + count});
+  const SampleRange taken{samples.first, samples.first + count};
+  samples_taken_ = taken_.empty() ? taken
+                                  : SampleRange{std::min(samples_taken_.first, taken.first),
+                                                std::max(samples_taken_.end, taken.end)};
+  const SampleRange passes = light_path_passes(light_paths_, taken);
   const OutsidePixels::Range outside =
       light_paths_ > 0.0f ? outside_.share_of(block.min, kBlockSize) : OutsidePixels::Range{};
   const uint64_t light_paths = passes.count() * (pixels + outside.count());
@@ -80,7 +84,7 @@ uint32_t DeviceWave::take(size_t number, const PixelRect& wanted, const SampleRa
                      .outside = outside.count(),
                      .first_pass = passes.first});
   taken_.push_back({number, count, sum, light_paths});
-  if (rates) plan_pixels(block, {samples.first, samples.first + count}, *rates);
+  if (rates) plan_pixels(block, taken, *rates);
   sample_count_ += static_cast<uint32_t>(sum);
   pixel_count_ += pixels;
   light_path_count_ += light_paths;

@@ -35,6 +35,7 @@ struct WaveSetup {
   OutsidePixels outside;              // of the crop: theirs are traced, too
   PixelFilter filter = PixelFilter(); // of the light that they bring
   PhotonMapSizes photons;             // empty: none are gathered
+  uint32_t photon_maps = 1;           // of the samples of a wave
   TilePager* pager = nullptr;         // null: all texels are in memory
 
   // True if light is split by light group and first event.
@@ -86,8 +87,8 @@ class DeviceWave : public ThreadContext {
   [[nodiscard]] Device& device() const { return device_; }
   [[nodiscard]] uint32_t capacity() const { return capacity_; } // samples
   [[nodiscard]] uint32_t sample_count() const { return sample_count_; }
-  // Returns the index in its pixel of a sample of the wave, the first one, or its level.
-  [[nodiscard]] uint32_t first_sample() const { return blocks_.front().first_index; }
+  // Returns a range of indices in their pixels, or levels, that has all samples of the wave.
+  [[nodiscard]] const SampleRange& samples() const { return samples_taken_; }
   [[nodiscard]] uint32_t pixel_count() const { return pixel_count_; }
   [[nodiscard]] uint64_t light_path_count() const { return light_path_count_; }
 
@@ -132,6 +133,7 @@ class DeviceWave : public ThreadContext {
   OutsidePixels outside_;
   uint32_t sample_count_ = 0, pixel_count_ = 0;
   uint64_t light_path_count_ = 0;
+  SampleRange samples_taken_; // by all blocks
   std::vector<WaveBlock> blocks_;
   std::vector<WavePixel> pixels_; // empty without rates
   std::vector<Taken> taken_;      // by block

@@ -7,10 +7,10 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <utility>
 
 namespace kindling {
@@ -19,7 +19,7 @@ namespace {
 // True if light paths are followed, of samples or for photons.
 bool follows_light_paths(const WaveSetup& setup) { return setup.light_paths > 0.0f || !setup.photons.empty(); }
 
-// Returns the light paths of a map that are traced together.
+// Returns the light paths of photon maps that are traced together.
 uint32_t photon_paths_together(const WaveSetup& setup) {
   return setup.photons.empty() ? 0 : std::min(setup.paths, PathWave::kPhotonPaths);
 }
@@ -60,33 +60,35 @@ std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup)
   std::vector<Kernel> kernels{Kernel::begin_path, filters_hits ? Kernel::intersect : Kernel::intersect_opaque,
                               shading_kernel(setup), filters_hits ? Kernel::trace_shadow : Kernel::trace_shadow_opaque,
                               setup.splits() ? Kernel::finish_split_pixel : Kernel::finish_pixel};
-  kernels.insert(kernels.end(), {Kernel::place_kinds, Kernel::sort_paths});
+  const auto add = [&](std::initializer_list<Kernel> more) {
+    for (const Kernel kernel : more) kernels.push_back(kernel);
+  };
+  add({Kernel::place_kinds, Kernel::sort_paths});
   if (setup.max_shadow_rays > 1 && !filters_hits) kernels.push_back(Kernel::add_shadows);
-  if (setup.splits()) kernels.insert(kernels.end(), {Kernel::begin_split, Kernel::split_shadow});
-  if (setup.splits() && setup.path_reuse > 1) kernels.insert(kernels.end(), {Kernel::split_tail, Kernel::split_shared});
+  if (setup.splits()) add({Kernel::begin_split, Kernel::split_shadow});
+  if (setup.splits() && setup.path_reuse > 1) add({Kernel::split_tail, Kernel::split_shared});
   if (setup.light_paths > 0.0f)
-    kernels.insert(kernels.end(), {Kernel::begin_light_path,
-                                   setup.splits() ? Kernel::scatter_split_light_path : Kernel::scatter_light_path,
-                                   filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
-  if (!setup.photons.empty()) kernels.insert(kernels.end(), {Kernel::begin_photon_path, Kernel::leave_photon});
+    add({Kernel::begin_light_path, setup.splits() ? Kernel::scatter_split_light_path : Kernel::scatter_light_path,
+         filters_hits ? Kernel::trace_sight : Kernel::trace_sight_opaque});
+  if (!setup.photons.empty()) add({Kernel::begin_photon_path, Kernel::leave_photon});
   if (setup.path_reuse > 1)
-    kernels.insert(kernels.end(), {Kernel::start_sharing, Kernel::link_paths,
-                                   filters_hits ? Kernel::trace_link : Kernel::trace_link_opaque, Kernel::share_light,
-                                   Kernel::receive_light});
+    add({Kernel::start_sharing, Kernel::link_paths, filters_hits ? Kernel::trace_link : Kernel::trace_link_opaque,
+         Kernel::share_light, Kernel::receive_light});
   return kernels;
 }
 
 PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene* scene, const WaveSetup& setup)
     : DeviceWave(on, world, setup, setup.aovs.needs_film_surface()), filters_hits_(world.filters_hits),
       has_light_paths_(setup.light_paths > 0.0f), splits_(setup.splits()), sorts_(world.materials.size() > 1),
-      adds_together_(setup.max_shadow_rays > 1), shade_(shading_kernel(setup)), photon_maps_(setup.photons),
+      adds_together_(setup.max_shadow_rays > 1), shade_(shading_kernel(setup)), map_sizes_(setup.photons),
       filter_(setup.filter), states_(on, capacity()), media_(on, capacity()), rays_(on, capacity()),
       shadow_rays_(on, capacity() * setup.max_shadow_rays), hits_(on, capacity()), active_(on, capacity()),
       next_(on, capacity()), sorted_(on, capacity()), kinds_(on, capacity()), kind_counts_(on, 1), queue_counts_(on, 1),
       shadow_records_(on, capacity() * setup.max_shadow_rays),
       light_paths_(on, follows_light_paths(setup) ? capacity() : 0), splats_(on, has_light_paths_ ? capacity() : 0),
       reused_(on, setup.path_reuse > 1 ? capacity() : 0), links_(on, reused_.size() * setup.path_reuse),
-      traced_links_(on, links_.size()), left_photons_(on, photon_paths_together(setup)) {
+      traced_links_(on, links_.size()), left_photons_(on, photon_paths_together(setup)),
+      photon_maps_(on, setup.photons, setup.photon_maps) {
   QueueCounts* const counts = queue_counts_.data();
   wave_.scene = scene;
   wave_.states = states_.data();
@@ -110,7 +112,6 @@ PathWaveRunner::PathWaveRunner(Device& on, const World& world, const DeviceScene
   if (splits_) place_split(setup.light_groups);
   wave_.photons_left.count = &counts->photons;
   wave_.left_photons = left_photons_.data();
-  reserve_photons(photon_maps_.max_photons());
 }
 
 void PathWaveRunner::place_split(uint32_t light_groups) {
@@ -133,38 +134,24 @@ void PathWaveRunner::place_split(uint32_t light_groups) {
   wave_.splat_parts = splat_parts_.data();
 }
 
-void PathWaveRunner::reserve_photons(uint64_t count) {
-  photon_nodes_.grow(device(), count);
-  photons_.grow(device(), count);
-}
-
 bool PathWaveRunner::take_photons() {
-  if (photon_maps_.empty()) return true;
-  const uint32_t sample = first_sample(), number = sample / photon_maps_.samples;
-  wave_.map_sample = sample;
-  if (photon_map_ == number) return true;
-  photon_map_.reset();
-  left_.clear();
-  const auto together = static_cast<uint32_t>(left_photons_.size());
-  for (uint64_t first = 0; first < photon_maps_.paths; first += together)
-    if (!follow_photon_paths(number, first,
-                             static_cast<uint32_t>(std::min<uint64_t>(together, photon_maps_.paths - first))))
-      return false;
-  tbb::parallel_sort(left_, [](const LeftPhoton& a, const LeftPhoton& b) { return a.order < b.order; });
-  std::vector<Photon> photons(left_.size());
-  std::transform(left_.begin(), left_.end(), photons.begin(), [](const LeftPhoton& left) { return left.photon; });
-  const PhotonMap map(std::move(photons));
-  const PhotonMapView here = map.view();
-  reserve_photons(here.nodes.size());
-  photon_nodes_.upload(here.nodes);
-  photons_.upload(here.photons);
-  wave_.photons = {photon_nodes_.span().first(here.nodes.size()), photons_.span().first(here.photons.size())};
-  photon_map_ = number;
+  if (map_sizes_.empty()) return true;
+  const PhotonMapsOnDevice::Maps maps = photon_maps_.absent(samples());
+  if (!maps.empty()) {
+    photon_maps_.begin(maps);
+    const uint64_t begin = maps.first * map_sizes_.paths, count = maps.count() * map_sizes_.paths;
+    const auto together = static_cast<uint32_t>(left_photons_.size());
+    for (uint64_t first = 0; first < count; first += together)
+      if (!follow_photon_paths(begin, first, static_cast<uint32_t>(std::min<uint64_t>(together, count - first))))
+        return false;
+    photon_maps_.build();
+  }
+  wave_.photons = photon_maps_.of_samples(samples(), samples().first);
   return true;
 }
 
-bool PathWaveRunner::follow_photon_paths(uint64_t map, uint64_t first, uint32_t count) {
-  wave_.first_light_path = map * photon_maps_.paths + first;
+bool PathWaveRunner::follow_photon_paths(uint64_t maps_begin, uint64_t first, uint32_t count) {
+  wave_.first_light_path = maps_begin + first;
   queue_counts_.clear(1);
   launch(Kernel::begin_photon_path, wave_, count);
   uint32_t surfaces = 0; // that the paths have met
@@ -177,8 +164,7 @@ bool PathWaveRunner::follow_photon_paths(uint64_t map, uint64_t first, uint32_t 
     const QueueCounts counts = take_next();
     downloaded_photons_.resize(counts.photons);
     left_photons_.download(downloaded_photons_);
-    for (const WavePhoton& found : downloaded_photons_)
-      left_.push_back({PhotonMapSizes::order_of(first + found.slot, surfaces), found.photon});
+    photon_maps_.add(first, surfaces, downloaded_photons_);
     active = counts.next;
   }
   return true;

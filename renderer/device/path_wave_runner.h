@@ -4,10 +4,9 @@
 
 #include "renderer/device/device_wave.h"
 #include "renderer/device/kernels/path_wave.h"
-#include "renderer/integrator/photons/photon_map_sizes.h"
+#include "renderer/device/photon_maps_on_device.h"
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,7 +19,8 @@ namespace kindling {
 // The kernels that waves launch. `filters_hits`: World::filters_hits.
 [[nodiscard]] std::vector<Kernel> path_wave_kernels(bool filters_hits, const WaveSetup& setup);
 
-// With photons all samples of a wave are of one map.
+// With photons the samples of a wave are of at most WaveSetup::photon_maps maps, which follow each
+// other; with sample rates of one.
 class PathWaveRunner final : public DeviceWave {
  public:
   PathWaveRunner(Device& device, const World& world, const DeviceScene* scene, const WaveSetup& setup);
@@ -33,10 +33,6 @@ class PathWaveRunner final : public DeviceWave {
   struct QueueCounts {
     uint32_t next = 0, shadows = 0, links = 0, photons = 0;
   };
-  struct LeftPhoton {
-    uint64_t order = 0; // PhotonMapSizes::order_of()
-    Photon photon;
-  };
   // For paths that are sorted by the kind of their hit.
   struct KindCounts {
     std::array<uint32_t, kHitKinds> paths, places;
@@ -44,8 +40,9 @@ class PathWaveRunner final : public DeviceWave {
 
   // Return false if the render was abandoned.
   [[nodiscard]] bool take_photons(); // of the samples of the wave
-  // Appends the photons of a map's light paths [first, first + count) to left_.
-  [[nodiscard]] bool follow_photon_paths(uint64_t map, uint64_t first, uint32_t count);
+  // Takes the photons of the light paths [first, first + count), counted from `maps_begin`, that of
+  // the first map that is built.
+  [[nodiscard]] bool follow_photon_paths(uint64_t maps_begin, uint64_t first, uint32_t count);
   [[nodiscard]] bool follow_camera_paths();
   [[nodiscard]] bool follow_light_paths(uint64_t first, uint32_t count); // of those of the wave
   // Finds the hits of the active paths; sorts them by their kind, if that helps a GPU.
@@ -55,12 +52,10 @@ class PathWaveRunner final : public DeviceWave {
   void take_splats(uint32_t count); // that the camera sees
 
   void place_split(uint32_t light_groups); // makes room for the parts of light
-  // Makes room for so many photons on the device.
-  void reserve_photons(uint64_t count);
 
   bool filters_hits_, has_light_paths_, splits_, sorts_, adds_together_;
   Kernel shade_;
-  PhotonMapSizes photon_maps_;
+  PhotonMapSizes map_sizes_;
   PixelFilter filter_; // of the image
   PathWave wave_;
   DeviceArray<PathState> states_;
@@ -89,10 +84,7 @@ class PathWaveRunner final : public DeviceWave {
   std::vector<SplatParts> downloaded_parts_, found_parts_; // likewise, if light is split
   DeviceArray<WavePhoton> left_photons_;
   std::vector<WavePhoton> downloaded_photons_; // of one bounce
-  std::vector<LeftPhoton> left_;               // of a map
-  DeviceArray<PhotonMapView::Node> photon_nodes_;
-  DeviceArray<Photon> photons_;
-  std::optional<uint32_t> photon_map_; // the number of that which is on the device
+  PhotonMapsOnDevice photon_maps_;
 };
 
 } // namespace kindling

@@ -100,7 +100,8 @@ struct WaveSink {
   }
   void gather_photons(const PathStages::Vertex& vertex, const PathInFlight& path, float radius2) {
     if constexpr (kBeside == Beside::photons)
-      path.state.light[kIndirect] += gathered_light(wave.scene->stages, wave.photons, vertex, path, radius2);
+      path.state.light[kIndirect] +=
+          gathered_light(wave.scene->stages, wave.photons.of_sample(path.map_sample), vertex, path, radius2);
   }
   void add_manifold_light(const PathInFlight& path, const ManifoldLight& found) {
     path.state.light[kIndirect] += found.light;
@@ -156,7 +157,7 @@ inline void shade_path(const PathWave& wave, uint32_t launched) {
                           wave.states[slot],
                           wave.media[slot],
                           wave.surfaces != nullptr ? wave.surfaces + slot : nullptr,
-                          wave.map_sample};
+                          wave.pixels.empty() ? wave.samples[slot].sample_index : wave.photons.level};
   Sink sink = Sink::of(wave);
   const auto add_shapes = [&] {
     if (!world.lights.has_shapes) return;

@@ -57,6 +57,18 @@ struct WavePhoton {
   uint32_t slot = 0;
 };
 
+// The photon maps of a wave, by number.
+struct WavePhotonMaps {
+  const PhotonMapView* views = nullptr; // null: there are none
+  uint32_t first = 0;                   // number of the first map
+  uint32_t samples_per_map = 1;         // PhotonMapSizes::samples
+  uint32_t level = 0;                   // with sample rates: of all samples of the wave, which have one map
+
+  [[nodiscard]] const PhotonMapView& of_sample(uint32_t map_sample) const {
+    return views[map_sample / samples_per_map - first];
+  }
+};
+
 // The argument of the kernels of path_kernels.h and light_path_kernels.h. A path keeps its number,
 // its slot, until the end of the wave: that of its sample.
 struct PathWave : Wave {
@@ -76,20 +88,19 @@ struct PathWave : Wave {
   WaveQueue shadows; // without `paths`
   accel::Ray* shadow_rays = nullptr;
   WaveShadow* shadow_records = nullptr;
-  SplitView split;         // null by_pass: light is not split; its groups are the scene's
-  ReuseView reuse;         // null paths: none are shared between pixels
-  WaveQueue reuse_links;   // numbers of the links whose rays are traced, as ReuseView::links counts them
-  PhotonMapView photons;   // of all samples of the wave
-  uint32_t map_sample = 0; // PathInFlight::map_sample
+  SplitView split;       // null by_pass: light is not split; its groups are the scene's
+  ReuseView reuse;       // null paths: none are shared between pixels
+  WaveQueue reuse_links; // numbers of the links whose rays are traced, as ReuseView::links counts them
+  WavePhotonMaps photons;
   // Light paths follow those of the camera, in rounds, and take over their rays, hits and queues.
   // The shadow rays are those of the camera to the ends of light paths then.
   uint64_t first_light_path = 0;        // of the round, among those of the wave
   WaveLightPath* light_paths = nullptr; // of the round
   WaveSplat* splats = nullptr;          // by shadow ray
   SplatParts* splat_parts = nullptr;    // likewise, if light is split
-  // The light paths of a photon map are traced before the samples that gather from it, in rounds of
-  // at most kPhotonPaths.
-  static constexpr uint32_t kPhotonPaths = 1U << 18;
+  // The light paths of photon maps are traced before the samples that gather from them, in rounds
+  // of at most kPhotonPaths.
+  static constexpr uint32_t kPhotonPaths = 1U << 20;
   WaveQueue photons_left;             // without `paths`
   WavePhoton* left_photons = nullptr; // of one bounce
 };

@@ -16,7 +16,9 @@ namespace kindling::kernels {
 struct PlacedWaveSink : WaveSink<Beside::photons, true> {
   const PathStages& path_stages;
 
-  [[nodiscard]] PhotonMapView photons_of(const PathInFlight& /*path*/) const { return wave.photons; }
+  [[nodiscard]] PhotonMapView photons_of(const PathInFlight& path) const {
+    return wave.photons.views != nullptr ? wave.photons.of_sample(path.map_sample) : PhotonMapView{};
+  }
   [[nodiscard]] size_t slot_of(const PathState& state) const { return static_cast<size_t>(&state - wave.states); }
   [[nodiscard]] size_t last_shadow() const { return first_shadow + shadow_count - 1; }
 };
