@@ -11,6 +11,7 @@
 #include "renderer/base/simd_types.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -158,6 +159,25 @@ inline void transpose(Lanes (&m)[Lanes::kCount]) {
     m[i].v = __builtin_shufflevector(quads[i], quads[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
     m[i + 4].v = __builtin_shufflevector(quads[i], quads[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
+}
+
+// Returns the columns of eight rows of four numbers; rows may have any alignment.
+[[nodiscard]] inline std::array<Lanes, 4> load_columns(const std::array<const float*, Lanes::kCount>& rows) {
+  Float8 halves[4], pairs[4];
+  for (size_t i = 0; i < 4; ++i) { // rows i and i + 4
+    Float4 low, high;
+    __builtin_memcpy(&low, rows[i], sizeof(low));
+    __builtin_memcpy(&high, rows[i + 4], sizeof(high));
+    halves[i] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  for (size_t i = 0; i < 4; i += 2) { // within halves
+    pairs[i] = __builtin_shufflevector(halves[i], halves[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+    pairs[i + 1] = __builtin_shufflevector(halves[i], halves[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
+  }
+  return {Lanes(__builtin_shufflevector(pairs[0], pairs[2], 0, 1, 8, 9, 4, 5, 12, 13)),
+          Lanes(__builtin_shufflevector(pairs[0], pairs[2], 2, 3, 10, 11, 6, 7, 14, 15)),
+          Lanes(__builtin_shufflevector(pairs[1], pairs[3], 0, 1, 8, 9, 4, 5, 12, 13)),
+          Lanes(__builtin_shufflevector(pairs[1], pairs[3], 2, 3, 10, 11, 6, 7, 14, 15))};
 }
 
 // Eight rows of eight numbers in memory: lanes become the members of eight structs.

@@ -6,6 +6,7 @@
 #include "renderer/integrator/stages/camera_ray.h"
 #include "renderer/sampling/draw_eight.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstdint>
@@ -18,16 +19,12 @@ namespace kindling {
 inline void make_camera_rays(const Camera& camera, const PixelFilter& filter, std::span<CameraSample> samples,
                              std::span<accel::Ray> rays) {
   assert(!samples.empty() && samples.size() <= 8 && rays.size() == samples.size());
-  std::array<SampleAddress, 8> addresses{};
-  for (size_t i = 0; i < samples.size(); ++i) addresses[i] = samples[i].address;
-  const std::array<V2f, 8> draws = draw_eight(addresses, kFilterDimension);
-  std::array<V2f, 8> lens_draws;
-  std::array<V2f, 8> times;   // in x
-  lens_draws.fill(V2f(0.0f)); // V2f leaves its members uninitialized
-  times.fill(V2f(0.0f));
-  if (camera.has_lens()) lens_draws = draw_eight(addresses, kLensDimension);
-  if (camera.shutter_open()) times = draw_eight(addresses, kTimeDimension);
-  make_camera_rays(camera, filter, draws, lens_draws, times, samples, rays);
+  std::array<SampleAddress, 8> addresses;
+  for (size_t i = 0; i < addresses.size(); ++i) addresses[i] = samples[std::min(i, samples.size() - 1)].address;
+  CameraDrawsOf<Lanes> draws{.filter = draw_eight(addresses, kFilterDimension)};
+  if (camera.has_lens()) draws.lens = draw_eight(addresses, kLensDimension);
+  if (camera.shutter_open()) draws.time = draw_eight(addresses, kTimeDimension).x;
+  make_camera_rays(camera, filter, draws, samples, rays);
 }
 
 // The points of the pixels of a block, row by row.

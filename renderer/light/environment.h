@@ -49,7 +49,7 @@ struct EnvironmentView {
   };
   using Location = LocationOf<float>;
 
-  [[nodiscard]] Rgb radiance(const V3f& wi) const { return eval(wi).radiance; }
+  [[nodiscard]] Rgb radiance(const V3f& wi) const { return radiance_at(locate(wi)); }
   // The distance is kInfinity. If the environment is black, pdf is 0 and the radiance black.
   [[nodiscard]] LightSample sample(const V2f& u) const;
   // Returns the solid-angle density of sample() for wi, computed from the exact texels. The
@@ -61,6 +61,8 @@ struct EnvironmentView {
   // The same in two steps, so that work between them hides memory latency.
   [[nodiscard]] Location locate(const V3f& wi) const { return width == 0 ? Location{} : coordinates_of(wi); }
   [[nodiscard]] EnvironmentEval eval(const Location& at) const;
+  // The radiance of eval() alone.
+  [[nodiscard]] Rgb radiance_at(const Location& at) const;
   // Returns the mean radiance of an area around a direction that is `width_turns` wide, in full
   // turns.
   [[nodiscard]] Rgb mean_radiance(const Location& at, float width_turns) const;
@@ -155,6 +157,14 @@ inline EnvironmentView::Footprint EnvironmentView::footprint(const Location& at)
           y - static_cast<float>(y0)};
 }
 
+// Inlined: most rays that escape need no density.
+[[gnu::always_inline]] inline Rgb EnvironmentView::radiance_at(const Location& at) const {
+  if (width == 0) return constant;
+  const Footprint f = footprint(at);
+  const V4f stored = interpolate(f.top, f.top + width + 2, f.fx, f.fy);
+  return Rgb(stored.x, stored.y, stored.z) * scale;
+}
+
 inline EnvironmentEval EnvironmentView::eval(const Location& at) const {
   if (width == 0) return {constant, constant_pdf};
   const Footprint f = footprint(at);
@@ -165,12 +175,12 @@ inline EnvironmentEval EnvironmentView::eval(const Location& at) const {
 
 inline Rgb EnvironmentView::mean_radiance(const Location& at, float width_turns) const {
   const float level = levels.level_of(width_turns);
-  if (!(level > -1.0f)) return eval(at).radiance;
+  if (!(level > -1.0f)) return radiance_at(at);
   const float coarser = std::ceil(level);
   const int number = static_cast<int>(coarser);
   const Rgb coarse = levels.at(number, at.u, at.v) * scale;
   if (coarser == level) return coarse;
-  const Rgb fine = number == 0 ? eval(at).radiance : levels.at(number - 1, at.u, at.v) * scale;
+  const Rgb fine = number == 0 ? radiance_at(at) : levels.at(number - 1, at.u, at.v) * scale;
   return coarse + (fine - coarse) * (coarser - level);
 }
 

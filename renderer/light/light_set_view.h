@@ -161,7 +161,7 @@ struct LightSetView {
     return has_environment ? environment.radiance(wi) : Rgb(0.0f);
   }
   [[nodiscard]] Rgb environment_radiance(const Environment::Location& at) const {
-    return has_environment ? environment.eval(at).radiance : Rgb(0.0f);
+    return has_environment ? environment.radiance_at(at) : Rgb(0.0f);
   }
   // The same as a mean over an area around the direction (EnvironmentView::mean_radiance()).
   [[nodiscard]] Rgb environment_radiance(const Environment::Location& at, float width_turns) const {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "renderer/base/simd_types.h"
+#include "renderer/base/lanes.h"
 #include "renderer/sampling/sampler.h"
 
 #include <array>
@@ -12,26 +12,29 @@ namespace kindling {
 
 // Returns the bits of Sampler::sample_2d() for each address. Either all addresses in use have
 // strata or none does, and the first one is in use.
-[[nodiscard]] inline std::array<V2f, 8> draw_eight(const std::array<SampleAddress, 8>& addresses, uint32_t dimension) {
-  std::array<V2f, 8> result;
+[[nodiscard]] inline Imath::Vec2<Lanes> draw_eight(const std::array<SampleAddress, Lanes::kCount>& addresses,
+                                                   uint32_t dimension) {
   if (addresses[0].strata != 0) [[unlikely]] {
-    for (size_t i = 0; i < 8; ++i) result[i] = Sampler::sample_2d(addresses[i], dimension);
-    return result;
+    LaneNumbers x, y;
+    for (size_t i = 0; i < Lanes::kCount; ++i) {
+      const V2f u = Sampler::sample_2d(addresses[i], dimension);
+      x[i] = u.x, y[i] = u.y;
+    }
+    return {x.load(), y.load()};
   }
   using namespace owen_sobol;
   Words8 key, address_index;
-  for (int lane = 0; lane < 8; ++lane) {
-    key[lane] = addresses[static_cast<size_t>(lane)].key;
-    address_index[lane] = addresses[static_cast<size_t>(lane)].index;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    key[lane] = addresses[lane].key;
+    address_index[lane] = addresses[lane].index;
   }
   const Words8 seed = hash_words(key ^ (dimension + 0x9e3779b9U + (key << 6) + (key >> 2))); // hash_combine()
   const Words8 index = reverse_bits(scramble_reversed(reverse_bits(address_index), seed));
-  const Words8 x = reverse_bits(scramble_reversed(index, hash_words(seed ^ Sampler::kCoordinateSeeds[0])));
-  const Words8 y =
-      reverse_bits(scramble_reversed(second_reversed(index), hash_words(seed ^ Sampler::kCoordinateSeeds[1])));
-  for (int lane = 0; lane < 8; ++lane)
-    result[static_cast<size_t>(lane)] = {to_unit_float(x[lane]), to_unit_float(y[lane])};
-  return result;
+  const auto draw = [&](const Words8& reversed, uint32_t coordinate_seed) {
+    const Words8 bits = reverse_bits(scramble_reversed(reversed, hash_words(seed ^ coordinate_seed)));
+    return Lanes(__builtin_convertvector((Int8)(bits >> 8), Float8) * 0x1p-24f); // to_unit_float()
+  };
+  return {draw(index, Sampler::kCoordinateSeeds[0]), draw(second_reversed(index), Sampler::kCoordinateSeeds[1])};
 }
 
 } // namespace kindling

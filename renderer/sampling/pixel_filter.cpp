@@ -84,34 +84,40 @@ PixelFilter::PixelFilter(const PixelFilterOptions& options)
     negative_from_ = static_cast<float>(first_negative) / kCells;
     axis_weight_ = static_cast<float>(total / signed_sum);
   }
-  for (uint32_t i = 0; i <= kCells; ++i) {
-    density_[i] = static_cast<float>(std::abs(value[i]) / total);
-    cdf_[i] = static_cast<float>(running[i] / total);
+  const auto density = [&](uint32_t i) { return static_cast<float>(std::abs(value[i]) / total); };
+  for (uint32_t i = 0; i < kCells; ++i) {
+    cells_[i] = {static_cast<float>(i), density(i), density(i + 1), static_cast<float>(running[i] / total)};
+    ends_[i] = static_cast<float>(running[i + 1] / total);
   }
-  cdf_[kCells] = 1.0f;
+  ends_[kCells - 1] = 1.0f;
   uint32_t cell = 0;
   for (uint32_t i = 0; i < kGuideSize; ++i) {
-    while (cdf_[cell + 1] <= static_cast<float>(i) / kGuideSize) ++cell;
+    while (ends_[cell] <= static_cast<float>(i) / kGuideSize) ++cell;
     guide_[i] = static_cast<uint8_t>(cell);
   }
 }
 
 // Finds the cell in which the integral passes v, in [0, 1].
-inline PixelFilter::Cell<float> PixelFilter::find_cell(float v) const {
-  uint32_t cell = guide_[cell_of(v * kGuideSize, kGuideSize - 1)];
-  while (cell + 1 < kCells && cdf_[cell + 1] <= v) ++cell;
-  return {static_cast<float>(cell), density_[cell], density_[cell + 1], cdf_[cell]};
+inline const PixelFilter::Cell<float>& PixelFilter::find_cell(float v) const {
+  return find_cell(v, cell_of(v * kGuideSize, kGuideSize - 1));
+}
+
+// `entry`: of the guide for v.
+inline const PixelFilter::Cell<float>& PixelFilter::find_cell(float v, uint32_t entry) const {
+  uint32_t cell = guide_[entry];
+  while (cell + 1 < kCells && ends_[cell] <= v) ++cell;
+  return cells_[cell];
 }
 
 inline PixelFilter::Cell<Lanes> PixelFilter::find_cell(const Lanes& v) const {
-  LaneNumbers values, number, density, next_density, below;
+  LaneNumbers values;
   values.store(v);
-  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
-    const Cell<float> cell = find_cell(values[lane]);
-    number[lane] = cell.number, density[lane] = cell.density;
-    next_density[lane] = cell.next_density, below[lane] = cell.below;
-  }
-  return {number.load(), density.load(), next_density.load(), below.load()};
+  const Int8 entries = __builtin_convertvector(minimum(v * kGuideSize, Lanes(kGuideSize - 1)).v, Int8);
+  std::array<const float*, Lanes::kCount> rows;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane)
+    rows[lane] = &find_cell(values[lane], static_cast<uint32_t>(entries[lane])).number;
+  const std::array<Lanes, 4> columns = load_columns(rows);
+  return {columns[0], columns[1], columns[2], columns[3]};
 }
 
 // Samples in units of the radius, where the density of |x| is piecewise linear on [0, 1]. Values of
@@ -137,7 +143,7 @@ float PixelFilter::pdf_axis(float x) const {
   const float t = std::abs(x) / radius_ * kCells;
   if (!(t <= kCells)) return 0.0f;
   const uint32_t cell = cell_of(t, kCells - 1);
-  return 0.5f * lerp(density_[cell], density_[cell + 1], t - static_cast<float>(cell)) / radius_;
+  return 0.5f * lerp(cells_[cell].density, cells_[cell].next_density, t - static_cast<float>(cell)) / radius_;
 }
 
 float PixelFilter::value(const V2f& offset) const {

@@ -64,19 +64,20 @@ class PixelFilter {
 
  private:
   static constexpr uint32_t kCells = 128;
-  static constexpr uint32_t kGuideSize = 256;
+  static constexpr uint32_t kGuideSize = 1024;
 
   template <typename Real>
   struct AxisSample {
     Real offset;
     Real weight;
   };
-  // A cell of the tables: its number, the densities at its ends and the integral up to it.
+  // A cell: its number, the densities at its ends, of |x| per pixel, and their integral up to it.
   template <typename Real>
   struct Cell {
     Real number, density, next_density, below;
   };
-  [[nodiscard]] Cell<float> find_cell(float v) const;
+  [[nodiscard]] const Cell<float>& find_cell(float v) const;
+  [[nodiscard]] const Cell<float>& find_cell(float v, uint32_t entry) const;
   [[nodiscard]] Cell<Lanes> find_cell(const Lanes& v) const;
   template <typename Real>
   [[nodiscard]] AxisSample<Real> sample_axis(const Real& u) const;
@@ -84,11 +85,11 @@ class PixelFilter {
 
   FilterKind kind_;
   float radius_;
-  float negative_from_ = kInfinity;       // |x| beyond which the filter is negative
-  float axis_weight_ = 1.0f;              // integral |f| / integral f
-  std::array<float, kCells + 1> density_; // of |x| at i * radius / kCells, per pixel; integrates to 1
-  std::array<float, kCells + 1> cdf_;     // exact integral of density_
-  std::array<uint8_t, kGuideSize> guide_; // cell in which cdf_ passes i / kGuideSize: the start of a search
+  float negative_from_ = kInfinity;                   // |x| beyond which the filter is negative
+  float axis_weight_ = 1.0f;                          // integral |f| / integral f
+  alignas(16) std::array<Cell<float>, kCells> cells_; // i begins at i * radius / kCells
+  std::array<float, kCells> ends_;                    // integrals up to the ends of cells; the last one is 1
+  std::array<uint8_t, kGuideSize> guide_;             // cell in which they pass i / kGuideSize: the start of a search
 };
 
 } // namespace kindling

@@ -62,7 +62,8 @@ class Sampler {
   // The part of an address that all samples of a pixel have in common.
   struct PixelPoints {
     uint32_t key = 0;
-    uint64_t first = 0; // index of sample 0; blue_noise only
+    uint32_t first_key = 0; // of the first scrambling; blue_noise only
+    uint64_t first = 0;     // index of sample 0; blue_noise only
   };
   [[nodiscard]] PixelPoints points_of(const V2i& pixel) const;
   [[nodiscard]] SampleAddress address_in(const PixelPoints& points, uint32_t sample_index) const;
@@ -123,11 +124,12 @@ inline uint32_t Sampler::spread_bits(uint32_t x) {
 // anyway, randomizes the order of the quadrants at all levels (by halves, so not all orders occur).
 // Samples beyond the 2^k come from another scrambling.
 inline Sampler::PixelPoints Sampler::points_of(const V2i& pixel) const {
-  if (kind_ != SamplerKind::blue_noise) return {pixel_key(pixel), 0};
+  if (kind_ != SamplerKind::blue_noise) return {.key = pixel_key(pixel)};
   const uint32_t within = (1U << log2_tile_) - 1U;
   const uint32_t z = spread_bits(static_cast<uint32_t>(pixel.x) & within) |
                      (spread_bits(static_cast<uint32_t>(pixel.y) & within) << 1);
-  return {pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_}), uint64_t{z} << log2_samples_};
+  const uint32_t key = pixel_key({pixel.x >> log2_tile_, pixel.y >> log2_tile_});
+  return {key, hash_combine(key, 0), uint64_t{z} << log2_samples_};
 }
 
 inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sample_index) const {
@@ -135,7 +137,8 @@ inline SampleAddress Sampler::address_in(const PixelPoints& points, uint32_t sam
   case SamplerKind::blue_noise: {
     const auto scrambling = static_cast<uint32_t>(uint64_t{sample_index} >> log2_samples_);
     const uint64_t mask = (uint64_t{1} << log2_samples_) - 1U;
-    return {hash_combine(points.key, scrambling), static_cast<uint32_t>(points.first | (sample_index & mask))};
+    const uint32_t key = scrambling == 0 ? points.first_key : hash_combine(points.key, scrambling);
+    return {key, static_cast<uint32_t>(points.first | (sample_index & mask))};
   }
   case SamplerKind::sobol: return {points.key, sample_index};
   case SamplerKind::jittered: { // samples beyond the planned number use other permutations

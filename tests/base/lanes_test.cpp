@@ -81,5 +81,16 @@ TEST(Lanes, ColumnsBecomeRows) {
     for (size_t i = 0; i < Lanes::kCount; ++i) EXPECT_EQ(rows[row][i], static_cast<float>(10 * row + i));
 }
 
+TEST(Lanes, ColumnsOfRowsAtAnyAddress) {
+  std::array<float, 64> numbers;
+  for (size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(i);
+  const std::array<size_t, Lanes::kCount> starts{0, 5, 9, 14, 60, 33, 2, 47};
+  std::array<const float*, Lanes::kCount> rows;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) rows[lane] = numbers.data() + starts[lane];
+  const std::array<Lanes, 4> columns = load_columns(rows);
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane)
+    for (size_t i = 0; i < 4; ++i) EXPECT_EQ(columns[i][lane], static_cast<float>(starts[lane] + i));
+}
+
 } // namespace
 } // namespace kindling

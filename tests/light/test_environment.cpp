@@ -257,8 +257,10 @@ TEST(Environment, DensityIsPositiveWhereverThereIsLight) {
   const Environment environment(test::uneven_image(37, 19), 1.0f, 1.0f);
   test::Random random(8);
   for (int i = 0; i < 200'000; ++i) {
-    const EnvironmentEval eval = environment.eval(uniform_direction(random));
+    const V3f direction = uniform_direction(random);
+    const EnvironmentEval eval = environment.eval(direction);
     ASSERT_TRUE(eval.pdf > 0.0f || is_black(eval.radiance));
+    ASSERT_EQ(environment.radiance(direction), eval.radiance);
   }
 }
 

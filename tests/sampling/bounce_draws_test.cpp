@@ -35,9 +35,9 @@ TEST(DrawEight, MatchesSingleDraws) {
       std::array<SampleAddress, 8> addresses;
       for (int i = 0; i < 8; ++i)
         addresses[static_cast<size_t>(i)] = sampler.address({round * 29 + i, round * 13}, static_cast<uint32_t>(round));
-      const std::array<V2f, 8> draws = draw_eight(addresses, static_cast<uint32_t>(round % 5));
+      const Imath::Vec2<Lanes> draws = draw_eight(addresses, static_cast<uint32_t>(round % 5));
       for (size_t i = 0; i < 8; ++i)
-        EXPECT_EQ(draws[i], Sampler::sample_2d(addresses[i], static_cast<uint32_t>(round % 5)));
+        EXPECT_EQ(V2f(draws.x[i], draws.y[i]), Sampler::sample_2d(addresses[i], static_cast<uint32_t>(round % 5)));
     }
   }
 }

@@ -159,9 +159,9 @@ TEST(Jittered, VectorDrawsMatchSingleDraws) {
   const Sampler sampler(7, SamplerKind::jittered, 12);
   std::array<SampleAddress, 8> addresses;
   for (uint32_t i = 0; i < 8; ++i) addresses[i] = sampler.address({3, 4}, i);
-  const std::array<V2f, 8> draws = draw_eight(addresses, 0);
+  const Imath::Vec2<Lanes> draws = draw_eight(addresses, 0);
   for (size_t i = 0; i < 8; ++i) {
-    EXPECT_EQ(draws[i], Sampler::sample_2d(addresses[i], 0));
+    EXPECT_EQ(V2f(draws.x[i], draws.y[i]), Sampler::sample_2d(addresses[i], 0));
     const BounceDraws u = draw_bounce(addresses[i], 16);
     EXPECT_EQ(u.choice, Sampler::sample_2d(addresses[i], 16));
     EXPECT_EQ(u.light, Sampler::sample_2d(addresses[i], 17));

@@ -39,8 +39,9 @@ void print_samplers(int count) {
         for (const V2f& u : {draws.choice, draws.direction, draws.light}) hash.add(u);
         hash.add(V2f(draws.roulette, draws.spare));
         eight[static_cast<size_t>(i) % 8] = address;
-        if (i % 8 == 7)
-          for (const V2f& u : draw_eight(eight, dimension)) hash.add(u);
+        if (i % 8 != 7) continue;
+        const Imath::Vec2<Lanes> draws_of_eight = draw_eight(eight, dimension);
+        for (size_t lane = 0; lane < 8; ++lane) hash.add(V2f(draws_of_eight.x[lane], draws_of_eight.y[lane]));
       }
     }
   hash.print("samplers");

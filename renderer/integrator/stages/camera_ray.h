@@ -17,11 +17,13 @@
 namespace kindling {
 
 // Random numbers of a camera ray.
-struct CameraDraws {
-  V2f filter;
-  V2f lens{0.0f};    // used if the camera has a lens
-  float time = 0.0f; // used if the shutter is open
+template <typename Real>
+struct CameraDrawsOf {
+  Imath::Vec2<Real> filter;
+  Imath::Vec2<Real> lens{Real(0.0f)}; // used if the camera has a lens
+  Real time = 0.0f;                   // used if the shutter is open
 };
+using CameraDraws = CameraDrawsOf<float>;
 
 [[nodiscard]] inline CameraDraws draw_camera(const CameraView& camera, const SampleAddress& address) {
   CameraDraws draws{.filter = Sampler::sample_2d(address, kFilterDimension)};
@@ -52,41 +54,39 @@ struct CameraDraws {
 
 // Makes the rays of up to eight samples, whose addresses and pixels are set, with the same bits,
 // and sets their weights.
-inline void make_camera_rays(const CameraView& camera, const PixelFilter& filter,
-                             const std::array<V2f, Lanes::kCount>& filter_draws,
-                             const std::array<V2f, Lanes::kCount>& lens_draws,
-                             const std::array<V2f, Lanes::kCount>& times, // in x
+inline void make_camera_rays(const CameraView& camera, const PixelFilter& filter, const CameraDrawsOf<Lanes>& draws,
                              std::span<CameraSample> samples, std::span<accel::Ray> rays) {
   assert(samples.size() <= Lanes::kCount && rays.size() == samples.size());
   if (!camera.is_pinhole()) {
     for (size_t i = 0; i < samples.size(); ++i)
-      rays[i] = make_camera_ray(camera, filter, {filter_draws[i], lens_draws[i], times[i].x}, samples[i].pixel,
-                                samples[i].address, samples[i].filter_weight);
+      rays[i] = make_camera_ray(
+          camera, filter, {{draws.filter.x[i], draws.filter.y[i]}, {draws.lens.x[i], draws.lens.y[i]}, draws.time[i]},
+          samples[i].pixel, samples[i].address, samples[i].filter_weight);
     return;
   }
-  LaneNumbers u_x, u_y, pixel_x, pixel_y;
+  LaneNumbers pixel_x, pixel_y, weight, time;
   for (size_t lane = 0; lane < Lanes::kCount; ++lane) { // those without a sample repeat the last one
     const V2i& pixel = samples[std::min(lane, samples.size() - 1)].pixel;
-    u_x[lane] = filter_draws[lane].x, u_y[lane] = filter_draws[lane].y;
     pixel_x[lane] = static_cast<float>(pixel.x), pixel_y[lane] = static_cast<float>(pixel.y);
   }
-  const PixelFilter::SampleOf<Lanes> jitter = filter.sample({u_x.load(), u_y.load()});
+  const PixelFilter::SampleOf<Lanes> jitter = filter.sample(draws.filter);
   const CameraRayOf<Lanes> ray = camera.generate_pinhole_ray<Lanes>(
       {pixel_x.load() + 0.5f + jitter.offset.x, pixel_y.load() + 0.5f + jitter.offset.y});
   Lanes columns[Lanes::kCount] = {ray.origin.x,    ray.origin.y,    ray.origin.z,    0.0f,
                                   ray.direction.x, ray.direction.y, ray.direction.z, kInfinity};
   LaneRows rows;
   rows.store_columns(columns);
-  u_x.store(jitter.weight);
+  weight.store(jitter.weight);
+  time.store(draws.time);
   for (size_t lane = 0; lane < samples.size(); ++lane) {
     const float* const row = rows[lane];
-    samples[lane].filter_weight = u_x[lane];
+    samples[lane].filter_weight = weight[lane];
     rays[lane] = {.origin = {row[0], row[1], row[2]},
                   .t_min = row[3],
                   .direction = {row[4], row[5], row[6]},
                   .t_max = row[7],
                   .key = samples[lane].address.key,
-                  .time = times[lane].x,
+                  .time = time[lane],
                   .index = samples[lane].address.index,
                   .flags = kHitPartlyTransparent | kCameraRay};
   }
