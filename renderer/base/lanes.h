@@ -70,6 +70,11 @@ using WordsOf = std::conditional_t<std::is_same_v<Real, Lanes>, Words8, uint32_t
 [[nodiscard]] constexpr float from_bits(uint32_t bits) { return std::bit_cast<float>(bits); }
 [[nodiscard]] inline Lanes from_bits(const Words8& bits) { return Lanes(reinterpret_cast<Float8>(bits)); }
 
+// Returns the number in [0, 1) of the upper 24 bits of each word: to_unit_float() of hash.h.
+[[nodiscard]] inline Lanes to_unit_float(const Words8& x) {
+  return Lanes(__builtin_convertvector((Int8)(x >> 8), Float8) * 0x1p-24f);
+}
+
 // Returns a where the condition holds, else b. Both are evaluated.
 [[nodiscard]] constexpr float select(bool condition, float a, float b) { return condition ? a : b; }
 [[nodiscard]] inline Lanes select(const LaneMask& condition, const Lanes& a, const Lanes& b) {

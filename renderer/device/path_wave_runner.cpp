@@ -146,7 +146,7 @@ bool PathWaveRunner::take_photons() {
         return false;
     photon_maps_.build();
   }
-  wave_.photons = photon_maps_.of_samples(samples(), samples().first);
+  wave_.photons = photon_maps_.of_samples(samples());
   return true;
 }
 

@@ -78,12 +78,12 @@ void PhotonMapsOnDevice::build() {
   }
 }
 
-WavePhotonMaps PhotonMapsOnDevice::of_samples(const SampleRange& samples, uint32_t level) {
+WavePhotonMaps PhotonMapsOnDevice::of_samples(const SampleRange& samples) {
   const Maps maps = of(samples);
   std::array<PhotonMapView, kMaxStored> views;
   for (uint32_t map = maps.first; map < maps.end; ++map) views[map - maps.first] = stored_[map % stored_.size()].view;
   views_.upload(std::span(views).first(maps.count()));
-  return {views_.data(), maps.first, sizes_.samples, level};
+  return {views_.data(), maps.first, sizes_.samples, samples.first};
 }
 
 } // namespace kindling

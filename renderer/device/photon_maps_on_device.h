@@ -44,8 +44,8 @@ class PhotonMapsOnDevice {
   void begin(const Maps& maps);
   void add(uint64_t first, uint32_t surfaces, std::span<const WavePhoton> photons);
   void build();
-  // Returns the maps of samples. `level`: WavePhotonMaps::level.
-  [[nodiscard]] WavePhotonMaps of_samples(const SampleRange& samples, uint32_t level);
+  // Returns the maps of samples, or of levels.
+  [[nodiscard]] WavePhotonMaps of_samples(const SampleRange& samples);
 
  private:
   struct Stored {

@@ -49,8 +49,7 @@ class SetLanes {
   static Words8 reverse(const Words8& x) { return owen_sobol::reverse_bits(x); }
   [[nodiscard]] Lanes draw(const Words8& reversed, size_t coordinate) const {
     const Words8 seed = owen_sobol::hash_words(seed_ ^ Sampler::kCoordinateSeeds[coordinate]);
-    const Words8 bits = reverse(owen_sobol::scramble_reversed(reversed, seed));
-    return Lanes(__builtin_convertvector((Int8)(bits >> 8), Float8) * 0x1p-24f);
+    return to_unit_float(reverse(owen_sobol::scramble_reversed(reversed, seed)));
   }
 
   Words8 seed_, index_;

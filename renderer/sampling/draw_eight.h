@@ -31,8 +31,7 @@ namespace kindling {
   const Words8 seed = hash_words(key ^ (dimension + 0x9e3779b9U + (key << 6) + (key >> 2))); // hash_combine()
   const Words8 index = reverse_bits(scramble_reversed(reverse_bits(address_index), seed));
   const auto draw = [&](const Words8& reversed, uint32_t coordinate_seed) {
-    const Words8 bits = reverse_bits(scramble_reversed(reversed, hash_words(seed ^ coordinate_seed)));
-    return Lanes(__builtin_convertvector((Int8)(bits >> 8), Float8) * 0x1p-24f); // to_unit_float()
+    return to_unit_float(reverse_bits(scramble_reversed(reversed, hash_words(seed ^ coordinate_seed))));
   };
   return {draw(index, Sampler::kCoordinateSeeds[0]), draw(second_reversed(index), Sampler::kCoordinateSeeds[1])};
 }

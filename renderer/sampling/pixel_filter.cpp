@@ -113,6 +113,7 @@ inline PixelFilter::Cell<Lanes> PixelFilter::find_cell(const Lanes& v) const {
   LaneNumbers values;
   values.store(v);
   const Int8 entries = __builtin_convertvector(minimum(v * kGuideSize, Lanes(kGuideSize - 1)).v, Int8);
+  static_assert(sizeof(Cell<float>) == 4 * sizeof(float)); // a row of load_columns()
   std::array<const float*, Lanes::kCount> rows;
   for (size_t lane = 0; lane < Lanes::kCount; ++lane)
     rows[lane] = &find_cell(values[lane], static_cast<uint32_t>(entries[lane])).number;

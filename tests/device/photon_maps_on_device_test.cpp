@@ -72,8 +72,8 @@ TEST_F(PhotonMapsOnHost, FillTheWave) {
 TEST_F(PhotonMapsOnHost, HaveThePhotonsOfTheirLightPathsInTheOrderOfTheCpu) {
   PhotonMapsOnDevice maps(*device_, kSizes, 3);
   build(maps, maps.absent({0, 6}));
-  expect_maps(maps.of_samples({0, 6}, 0), 0, 3);
-  expect_maps(maps.of_samples({3, 5}, 0), 1, 3);
+  expect_maps(maps.of_samples({0, 6}), 0, 3);
+  expect_maps(maps.of_samples({3, 5}), 1, 3);
 }
 
 TEST_F(PhotonMapsOnHost, ReplaceThoseThatSamplesDoNotNeed) {
@@ -89,10 +89,10 @@ TEST_F(PhotonMapsOnHost, ReplaceThoseThatSamplesDoNotNeed) {
   expect_absent({1, 4}, 0, 2);
   expect_absent({0, 4}, 0, 0);
   expect_absent({2, 7}, 2, 4); // the fourth map takes the place of the first one
-  expect_maps(maps.of_samples({2, 7}, 0), 1, 4);
+  expect_maps(maps.of_samples({2, 7}), 1, 4);
   expect_absent({1, 6}, 0, 1);
   expect_absent({7, 11}, 3, 6);
-  expect_maps(maps.of_samples({7, 11}, 0), 3, 6);
+  expect_maps(maps.of_samples({7, 11}), 3, 6);
 }
 
 TEST_F(PhotonMapsOnHost, ForgetMapsWhoseBuildingHasNotEnded) {
@@ -102,7 +102,7 @@ TEST_F(PhotonMapsOnHost, ForgetMapsWhoseBuildingHasNotEnded) {
   maps.add(0, 1, std::vector<WavePhoton>{{photon_of(0), 0}});
   ASSERT_EQ(maps.absent({0, 4}).count(), 1U);
   build(maps, maps.absent({0, 4}));
-  expect_maps(maps.of_samples({0, 4}, 0), 0, 2);
+  expect_maps(maps.of_samples({0, 4}), 0, 2);
 }
 
 } // namespace
