@@ -37,6 +37,7 @@ from settings import Setting, check_names, parse_setting
 REFERENCE_TOLERANCE = 0.005  # largest relative difference of a channel's mean that --check-reference accepts
 REFERENCE_SEED = 1_000_003  # for references that are rendered here; not among the measured seeds
 CYCLES = "cycles"
+ANOTHER_SCENE = 0.5  # relative difference of a renderer's image that other models of materials hardly explain
 
 
 def parse_arguments(arguments=None):
@@ -208,8 +209,21 @@ def measure_scene(job, settings, options, kindling, blender, folder):
     # The scale of relative errors is the same for all settings.
     scale = reference or pixels.mean_image([p for (_, spp), group in images.items() if spp == options.spp[-1] for p in group])
     rows = [figures(job, name, spp, group, images[name, spp], scale, reference) for (name, spp), group in runs.items()]
+    compare_with_first(job, rows, images, scale, options)
     return {"name": job.name, "size_px": list(job.size_px), "reference": str(reference_file) if reference else None, "rows": rows,
             "images": small_images(runs, reference_file if reference else None, scale) if options.html else None}
+
+
+def compare_with_first(job, rows, images, scale, options):
+    """Adds to the rows of other renderers how much their images differ from those of the first setting; a warning where they may
+    show another scene."""
+    first, own = options.setting[0].name, {setting.name for setting in options.setting}
+    for row in rows:
+        if row["setting"] not in own:
+            row["difference"] = pixels.difference(images[row["setting"], row["spp"]], images[first, row["spp"]], scale)
+            if row["difference"] > ANOTHER_SCENE:
+                print(f"{job.name}: {row['setting']}: its image differs from that of {first} by {100 * row['difference']:.0f} %: "
+                      "look whether it shows the same scene", file=sys.stderr)
 
 
 def figures(job, name, spp, runs, images, scale, reference):
@@ -273,6 +287,8 @@ def table_of(result):
     with_reference = any(scene["reference"] for scene in scenes)
     header = ["scene", "setting", "spp", "M samples/s", "relMSE", "relMSE x s", f"over {names[0]}", "slope"]
     header += ["relMSE to reference", "mean"] if with_reference else []
+    with_others = any("difference" in row for scene in scenes for row in scene["rows"])
+    header += ["image differs"] if with_others else []
     lines = [header + ["peak MB", "first sample s"], ["---"] * (len(header) + 2)]
     for scene in scenes:
         for name in names:
@@ -286,6 +302,8 @@ def table_of(result):
                 if with_reference:
                     cells += [f"{row['error']:.4g}", f"{100 * statistics.fmean(row['mean_against_reference']):+.2f} %"] \
                         if "error" in row else ["", ""]
+                if with_others:
+                    cells.append(f"{100 * row['difference']:.0f} %" if "difference" in row else "")
                 lines.append(cells + [f"{row['peak_mb']:.0f}", f"{row['first_sample_s']:.2f}"])
     for name in names[1:]:
         values = [ratio(scene, row, names[0]) for scene in scenes for row in series(scene, name)]

@@ -4,7 +4,7 @@
     bench/fidelity_race.py FOLDER OUT [--only PATTERN]     # then: bench/equal_noise.py OUT --peers cycles,mitsuba
 
 Copies each model with its files and its environment; scenes.json names both. The scenario's camera becomes the only one of the
-copy, so that every renderer has it. --without removes an extension that a peer lacks, so that all render the same material.
+copy, so that every renderer has it; animations are left out, so that all show the same pose. --without removes an extension that a peer lacks, so that all render the same material.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse
@@ -38,11 +38,12 @@ def main():
 
 
 def scene_of(scenario, out, without):
-    """Copies a scenario's model, less some extensions, and its environment; returns its entry of scenes.json."""
+    """Copies a scenario's model, less animations and some extensions, and its environment; returns its entry of scenes.json."""
     flags = dict(zip(scenario.flags[::2], scenario.flags[1::2]))
     target = out / scenario.model
     shutil.copytree(scenario.file.parent, target, dirs_exist_ok=True)
     document = without_extensions(gltf_json.read_json(scenario.file), without)
+    document.pop("animations", None)
     gltf_json.write_json(target / scenario.file.name, with_camera(document, flags, scenario.aspect))
     environment = flags.get("--env")
     if environment:

@@ -100,12 +100,20 @@ def noise(images, scale):
                              for values in zip(*(p.rgb for p in images))))
 
 
-def error(images, reference):
+def error(images, reference, scale=None):
     """Relative squared error of each pixel against a reference, ascending, the mean over the images: noise, bias and the
-    noise of the reference together."""
+    noise of the reference together. Errors are relative to `scale` (None: to the reference)."""
     count = len(images)
-    return _relative(reference, (sum((v - r) ** 2 for v in values) / count
+    return _relative(scale or reference, (sum((v - r) ** 2 for v in values) / count
                                  for r, *values in zip(reference.rgb, *(p.rgb for p in images))))
+
+
+def difference(images, others, scale):
+    """Root of the mean relative squared difference (0.1: a tenth) between the means of two groups of images, each of two or more,
+    less the part that their noise explains; the worst pixels left out."""
+    found = rel_mse(error([mean_image(images)], mean_image(others), scale))
+    explained = sum(rel_mse(noise(group, scale)) / len(group) for group in (images, others))
+    return max(found - explained, 0.0) ** 0.5
 
 
 def _relative(scale, squares):

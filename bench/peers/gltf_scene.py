@@ -1,8 +1,9 @@
 """Reads glTF as plain triangles, materials and a camera, for renderers that read no glTF.
 
-Static scenes without compression: nodes, meshes of triangles, KHR_lights_punctual, KHR_texture_transform where all
-textures of a material have the same one, KHR_materials_{specular,ior,transmission,volume,emissive_strength}, and the
-factors of KHR_materials_clearcoat. A file that requires more ends with a message.
+Static scenes without compression: nodes, meshes of triangles, EXT_mesh_gpu_instancing, KHR_mesh_quantization, KHR_lights_punctual,
+KHR_texture_transform where all textures of a material have the same one,
+KHR_materials_{specular,ior,transmission,volume,emissive_strength}, and the factors of KHR_materials_clearcoat. Joints and
+morph targets are not read. A file that requires more ends with a message.
 """
 # SPDX-License-Identifier: Apache-2.0
 import base64
@@ -15,20 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from gltf_meshes import Mesh, placed
+
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 READ = {"KHR_materials_specular", "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume",
-        "KHR_materials_emissive_strength", "KHR_materials_clearcoat", "KHR_lights_punctual", "KHR_texture_transform"}
-
-
-@dataclass
-class Mesh:
-    """Triangles of one material, in world space (meters, y up)."""
-    positions: np.ndarray  # (n, 3)
-    normals: np.ndarray | None  # (n, 3)
-    texcoords: np.ndarray | None  # (n, 2), v down as in glTF; as the material's textures are read
-    triangles: np.ndarray  # (m, 3)
-    material: "Material"
+        "KHR_materials_emissive_strength", "KHR_materials_clearcoat", "KHR_lights_punctual", "KHR_texture_transform",
+        "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"}
 
 
 @dataclass
@@ -133,9 +127,10 @@ class Reader:
             node = self.gltf["nodes"][index]
             world = parent @ local_matrix(node)
             if "mesh" in node:
+                worlds = [world @ instance for instance in self.instances(node)]
                 for primitive in self.gltf["meshes"][node["mesh"]]["primitives"]:
                     if primitive.get("mode", 4) == 4:
-                        scene.meshes.append(self.mesh(primitive, world))
+                        scene.meshes.append(placed(self.mesh(primitive), worlds))
             if "camera" in node and scene.camera is None:
                 perspective = self.gltf["cameras"][node["camera"]].get("perspective")
                 if perspective is None:
@@ -152,25 +147,26 @@ class Reader:
         return Light(entry["type"], entry.get("intensity", 1.0) * np.array(entry.get("color", [1.0] * 3)), world[:3, 3], direction,
                      spot.get("innerConeAngle", 0.0), spot.get("outerConeAngle", math.pi / 4.0))
 
-    def mesh(self, primitive, world):
+    def instances(self, node):
+        """Places of a node's mesh relative to the node: one, or those of EXT_mesh_gpu_instancing."""
+        attributes = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
+        columns = {name: self.accessor(attributes[name.upper()]) for name in ("translation", "rotation", "scale") if name.upper() in attributes}
+        if not columns:
+            return [np.eye(4)]
+        return [local_matrix(dict(zip(columns, values))) for values in zip(*columns.values())]
+
+    def mesh(self, primitive):
+        """In the space of its node."""
         attributes = primitive["attributes"]
         positions = self.accessor(attributes["POSITION"]).astype(np.float64)
-        linear = world[:3, :3]
-        normals = None
-        if "NORMAL" in attributes:
-            normals = self.accessor(attributes["NORMAL"]).astype(np.float64) @ np.linalg.inv(linear)
-            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        normals = self.accessor(attributes["NORMAL"]).astype(np.float64) if "NORMAL" in attributes else None
         triangles = self.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(len(positions))
-        triangles = triangles.reshape(-1, 3).astype(np.int32)
-        if np.linalg.det(linear) < 0.0:
-            triangles = triangles[:, ::-1].copy()
         material = self.materials[primitive["material"]] if "material" in primitive else Material()
         place = material.texture_place or TexturePlace()
         texcoords = attributes.get(f"TEXCOORD_{place.texcoord}")
         if texcoords is not None:
             texcoords = place.apply(self.accessor(texcoords).astype(np.float32))
-        return Mesh((positions @ linear.T + world[:3, 3]).astype(np.float32),
-                    None if normals is None else normals.astype(np.float32), texcoords, triangles, material)
+        return Mesh(positions, normals, texcoords, triangles.reshape(-1, 3).astype(np.int32), material)
 
     def accessor(self, index):
         accessor = self.gltf["accessors"][index]
@@ -265,45 +261,3 @@ def local_matrix(node):
     matrix[:3, :3] *= np.array(node.get("scale", [1.0, 1.0, 1.0]))
     matrix[:3, 3] = node.get("translation", [0.0, 0.0, 0.0])
     return matrix
-
-
-def is_closed(mesh):
-    """Whether every edge has as many triangles in one direction as in the other."""
-    _, places = np.unique(mesh.positions, axis=0, return_inverse=True)
-    corners = places.reshape(-1)[mesh.triangles].astype(np.int64)
-    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-    forward, backward = (np.sort(a * (len(places) + 1) + b) for a, b in ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0])))
-    return np.array_equal(forward, backward)
-
-
-def back_of(mesh):
-    """The same triangles turned over, a ten-thousandth of the mesh's size behind it, so that no ray meets both at once."""
-    corners = mesh.positions[mesh.triangles].astype(np.float64)
-    behind = -np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    behind /= np.maximum(np.linalg.norm(behind, axis=1, keepdims=True), 1e-30)
-    moved = corners + 1e-4 * np.ptp(mesh.positions, axis=0).max() * behind[:, None, :]
-    order = mesh.triangles.ravel()
-    return Mesh(moved.reshape(-1, 3).astype(np.float32), None if mesh.normals is None else -mesh.normals[order],
-                None if mesh.texcoords is None else mesh.texcoords[order],
-                np.arange(len(order), dtype=np.int32).reshape(-1, 3)[:, ::-1].copy(), mesh.material)
-
-
-def write_ply(mesh, path):
-    """A binary PLY file of a mesh: positions, normals and texture coordinates as far as it has them."""
-    names, columns = ["x", "y", "z"], [mesh.positions]
-    if mesh.normals is not None:
-        names += ["nx", "ny", "nz"]
-        columns.append(mesh.normals)
-    if mesh.texcoords is not None:
-        names += ["s", "t"]
-        columns.append(mesh.texcoords)
-    vertices = np.concatenate(columns, axis=1).astype("<f4")
-    faces = np.empty(len(mesh.triangles), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
-    faces["count"], faces["corners"] = 3, mesh.triangles
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}",
-              *(f"property float {name}" for name in names), f"element face {len(faces)}",
-              "property list uchar int vertex_indices", "end_header"]
-    with open(path, "wb") as file:
-        file.write(("\n".join(header) + "\n").encode())
-        file.write(vertices.tobytes())
-        file.write(faces.tobytes())

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pyluxcore
 
+import gltf_meshes
 import gltf_scene
 
 
@@ -38,8 +39,8 @@ class Converter:
                 self.material(names[id(mesh.material)], mesh.material)
         for number, mesh in enumerate(gltf.meshes):
             self.add_object(f"mesh{number}", mesh, names[id(mesh.material)])
-            if mesh.material.emits() and not gltf_scene.is_closed(mesh):  # LuxCore's emitters have one side
-                self.add_object(f"mesh{number}back", gltf_scene.back_of(mesh), names[id(mesh.material)])
+            if mesh.material.emits() and not gltf_meshes.is_closed(mesh):  # LuxCore's emitters have one side
+                self.add_object(f"mesh{number}back", gltf_meshes.back_of(mesh), names[id(mesh.material)])
         for number, light in enumerate(gltf.lights):
             self.set(f"scene.lights.light{number}", punctual(light))
         if job["environment"]:
@@ -61,7 +62,7 @@ class Converter:
 
     def add_object(self, name, mesh, material):
         file = self.folder / f"{name}.ply"
-        gltf_scene.write_ply(mesh, file)
+        gltf_meshes.write_ply(mesh, file)
         self.set(f"scene.shapes.{name}", {"type": "mesh", "ply": str(file)})
         self.set(f"scene.objects.{name}", {"shape": name, "material": material})
 

@@ -20,6 +20,7 @@ import numpy as np
 
 import mitsuba as mi
 
+import gltf_meshes
 import gltf_scene
 
 MIN_ALPHA = 1e-4
@@ -67,7 +68,7 @@ class Converter:
 
     def add_mesh(self, scene, number, mesh, material):
         file = self.folder / f"mesh{number}.ply"
-        gltf_scene.write_ply(mesh, file)
+        gltf_meshes.write_ply(mesh, file)
         shape = {"type": "ply", "filename": str(file), "face_normals": mesh.normals is None,
                  "bsdf": {"type": "ref", "id": material}}
         if mesh.material.transmission > 0.0 and mesh.material.thickness > 0.0 and (medium := self.medium(mesh.material)):
@@ -75,9 +76,9 @@ class Converter:
         if mesh.material.emits():
             shape["emitter"] = {"type": "area", "radiance": color(mesh.material.emission, mesh.material.emission_texture)}
         scene[f"mesh{number}"] = shape
-        if mesh.material.emits() and not gltf_scene.is_closed(mesh):  # Mitsuba's emitters have one side
+        if mesh.material.emits() and not gltf_meshes.is_closed(mesh):  # Mitsuba's emitters have one side
             back = self.folder / f"mesh{number}.back.ply"
-            gltf_scene.write_ply(gltf_scene.back_of(mesh), back)
+            gltf_meshes.write_ply(gltf_meshes.back_of(mesh), back)
             scene[f"mesh{number}back"] = dict(shape, filename=str(back))
 
     def medium(self, material):

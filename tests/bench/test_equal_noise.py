@@ -64,6 +64,17 @@ class Noise(unittest.TestCase):
         self.assertGreater(pixels.rel_mse(ascending, dropped=0.0), 1e6)
 
 
+    def test_differences_between_renderers_are_more_than_their_noise(self):
+        """Images around 2 and 3 differ by a half."""
+        dark, bright = ([noisy(value, 0.5, seed) for seed in range(first, first + 2)] for value, first in ((2.0, 0), (3.0, 10)))
+        found = pixels.difference(dark, bright, constant(2.0)) ** 2
+        # A difference of two means has an expectation of 1 and a variance v of 0.25, its square
+        # one of 4 v + 2 v^2.
+        deviation = (4 * 0.25 + 2 * 0.25 ** 2) ** 0.5 / 4.0 / 1.01 / (64 * 64 * 3) ** 0.5
+        self.assertLess(abs(found - 1.0 / 4.0 / 1.01), 5 * deviation)
+        self.assertLess(pixels.difference(dark, [noisy(2.0, 0.5, seed) for seed in (20, 21)], constant(2.0)) ** 2, 5 * deviation)
+
+
 class ImageFiles(unittest.TestCase):
     """Files that are read without oiiotool."""
 
@@ -171,7 +182,7 @@ class Program(unittest.TestCase):
         self.assertEqual(len(re.findall("<svg", page)), 2)
 
     def test_peers_are_left_out_of_scenes_that_they_cannot_render(self):
-        """Mitsuba fails on the second seed, LuxCore's image is not finite, Cycles has both."""
+        """Mitsuba fails on the second seed, LuxCore's image is not finite, that of Cycles differs from Kindling's."""
         def render(name, job, spp, seed, stem):
             if name == "mitsuba" and seed == 2:
                 raise renderers.Failed("requires EXT_unknown")
@@ -180,13 +191,25 @@ class Program(unittest.TestCase):
             image.write_bytes(b"PF\n1 2\n-1\n" + struct.pack("<6f", *values))
             return renderers.Run(seed, image, 1.0, 1.0, 1.0, 10.0, 1.0, 1.0)
 
+        def render_kindling(kindling, job, spp, seed, stem, flags):
+            run = render("kindling", job, spp, seed, stem)
+            run.image.write_bytes(b"PF\n1 2\n-1\n" + struct.pack("<6f", *[2.0] * 6))
+            return run
+
         names = ["cycles", "mitsuba", "luxcore"]
         job = renderers.Job(name="box", scene=SCENES / "cornell_box.glb", size_px=(1, 2), max_bounces=8)
         options = equal_noise.parse_arguments([str(SCENES), "--peers", ",".join(names), "--seeds", "2"])
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(equal_noise.peers, "run", render), \
+                mock.patch.object(renderers, "run_kindling", render_kindling), \
                 mock.patch("sys.stderr", new_callable=io.StringIO) as messages:
-            scene = equal_noise.measure_scene(job, [equal_noise.Setting(name, []) for name in names], options, None, None, Path(folder))
-        self.assertEqual([row["setting"] for row in scene["rows"]], ["cycles"])
+            settings = options.setting + [equal_noise.Setting(name, []) for name in names]
+            scene = equal_noise.measure_scene(job, settings, options, None, None, Path(folder))
+        self.assertEqual([row["setting"] for row in scene["rows"]], ["kindling", "cycles"])
+        self.assertNotIn("difference", scene["rows"][0])
+        self.assertGreater(scene["rows"][1]["difference"], 0.5)
+        self.assertRegex(messages.getvalue(), "box: cycles: its image differs from that of kindling by [0-9]+ %: look")
+        table = equal_noise.table_of({"settings": {"kindling": [], "cycles": []}, "scenes": [scene]})
+        self.assertIn("| image differs |", table)
         self.assertIn("box: mitsuba: left out: requires EXT_unknown", messages.getvalue())
         self.assertIn("box: luxcore: left out: its image has values that are not finite", messages.getvalue())
 

@@ -110,6 +110,12 @@ class Folder(unittest.TestCase):
             self.run_program("--only", "text", *words)
             self.assertEqual("KHR_materials_ior" in (self.out / "Text" / path.name).read_text(encoding="utf-8"), expected)
 
+    def test_copies_have_no_animations(self):
+        path = self.models / "Text" / "external_files.gltf"
+        gltf_json.write_json(path, dict(gltf_json.read_json(path), animations=[{"channels": [], "samplers": []}]))
+        self.run_program("--only", "text")
+        self.assertNotIn("animations", gltf_json.read_json(self.out / "Text" / path.name))
+
     def test_takes_a_part_and_refuses_unknown_names(self):
         self.run_program("--only", "text")
         self.assertEqual(list(json.loads((self.out / "scenes.json").read_text())), ["Text"])

@@ -14,12 +14,14 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-sys.path.insert(0, str(Path(sys.argv[1])))
+sys.path[:0] = [sys.argv[1], str(Path(sys.argv[1], "peers"))]
 sys.dont_write_bytecode = True
 import with_numpy  # noqa: F401
+import gltf_meshes
+import gltf_scene
 import numpy as np
 
-from peers import gltf_scene, install, run
+from peers import install, run
 
 BENCH, SCENES = Path(sys.argv[1]), Path(sys.argv[2])
 
@@ -31,7 +33,7 @@ class ReadScene(unittest.TestCase):
         self.assertGreater(scene.camera.yfov_rad, 0.1)
         lamps = [mesh for mesh in scene.meshes if mesh.material.emits()]
         self.assertEqual(len(lamps), 1)
-        self.assertFalse(gltf_scene.is_closed(lamps[0]))
+        self.assertFalse(gltf_meshes.is_closed(lamps[0]))
         bounds = np.concatenate([mesh.positions for mesh in scene.meshes])
         for mesh in scene.meshes:
             self.assertLess(mesh.triangles.max(), len(mesh.positions))
@@ -54,9 +56,9 @@ class ReadScene(unittest.TestCase):
         self.assertTrue(np.allclose(mesh.positions, [[5, 0, 0], [5, 0, -1], [5, 1, 0]], atol=1e-6))
         self.assertEqual(mesh.triangles.tolist(), [[2, 1, 0]])  # mirrored: turned over
 
-    def read_with(self, **fields):
-        """Reads a triangle with texture coordinates, in a node that is turned so that -z becomes +x."""
-        data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<12f", 0, 0, 1, 0, 0, 1, .5, .5, .5, .5, .5, .5)
+    def read_with(self, data=None, **fields):
+        """Reads a triangle with texture coordinates, in a node that is turned so that -z becomes +x. Fields replace its own."""
+        data = data or struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<12f", 0, 0, 1, 0, 0, 1, .5, .5, .5, .5, .5, .5)
         half = 0.5 ** 0.5
         gltf = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
                 "nodes": [{"rotation": [0, -half, 0, half], "translation": [1, 2, 3], "mesh": 0}],
@@ -105,6 +107,25 @@ class ReadScene(unittest.TestCase):
         plain = self.read_with().meshes[0].material
         self.assertEqual((plain.clearcoat, plain.transmission, plain.transmission_texture), (0.0, 0.0, None))
 
+    def test_instances(self):
+        """Two triangles for one node: each is scaled, then moved, then turned with the node; the second is mirrored, too."""
+        places = struct.pack("<6f", 1, 0, 0, 0, 4, 0) + struct.pack("<6f", 2, 2, 2, 1, 1, -1)
+        triangle = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+        half = 0.5 ** 0.5
+        instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1, "SCALE": 2}}}
+        file = self.read_with(
+            extensionsRequired=["EXT_mesh_gpu_instancing"], data=triangle + places,
+            nodes=[{"rotation": [0, -half, 0, half], "mesh": 0, "extensions": instancing}],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            accessors=[{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                       {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 2, "type": "VEC3"},
+                       {"bufferView": 0, "byteOffset": 60, "componentType": 5126, "count": 2, "type": "VEC3"}],
+            bufferViews=[{"buffer": 0, "byteLength": 84}], buffers=[{"byteLength": 84, "uri": "a.bin"}])
+        mesh, = file.meshes
+        expected = [[0, 0, 1], [0, 0, 3], [0, 2, 1], [0, 4, 0], [0, 4, 1], [0, 5, 0]]
+        self.assertTrue(np.allclose(mesh.positions, expected, atol=1e-6), mesh.positions)
+        self.assertEqual(mesh.triangles.tolist(), [[0, 1, 2], [5, 4, 3]])
+
     def test_textures_that_lie_apart_end_with_a_message(self):
         materials = [{"name": "cloth", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
                       "normalTexture": {"index": 0, "texCoord": 1}}]
@@ -123,21 +144,21 @@ class Meshes(unittest.TestCase):
     def tetrahedron(self):
         positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
         triangles = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
-        return gltf_scene.Mesh(positions, None, None, triangles, gltf_scene.Material())
+        return gltf_meshes.Mesh(positions, None, None, triangles, gltf_scene.Material())
 
     def test_closed_meshes(self):
         mesh = self.tetrahedron()
-        self.assertTrue(gltf_scene.is_closed(mesh))
+        self.assertTrue(gltf_meshes.is_closed(mesh))
         mesh.triangles = mesh.triangles[:3]
-        self.assertFalse(gltf_scene.is_closed(mesh))
+        self.assertFalse(gltf_meshes.is_closed(mesh))
         soup = self.tetrahedron()  # each triangle with corners of its own
         soup.positions, soup.triangles = soup.positions[soup.triangles.ravel()], np.arange(12).reshape(4, 3)
-        self.assertTrue(gltf_scene.is_closed(soup))
+        self.assertTrue(gltf_meshes.is_closed(soup))
 
     def test_backs_face_the_other_way(self):
         mesh = self.tetrahedron()
         mesh.triangles = mesh.triangles[:1]  # z = 0, faces -z
-        back = gltf_scene.back_of(mesh)
+        back = gltf_meshes.back_of(mesh)
         corners = back.positions[back.triangles[0]]
         self.assertGreater(np.cross(corners[1] - corners[0], corners[2] - corners[0])[2], 0.0)
         self.assertTrue(np.allclose(back.positions[:, 2], 1e-4, atol=1e-6))  # behind: towards +z
@@ -146,7 +167,7 @@ class Meshes(unittest.TestCase):
         mesh = self.tetrahedron()
         mesh.texcoords = np.arange(8, dtype=np.float32).reshape(4, 2)
         with tempfile.TemporaryDirectory() as folder:
-            gltf_scene.write_ply(mesh, Path(folder) / "a.ply")
+            gltf_meshes.write_ply(mesh, Path(folder) / "a.ply")
             header, body = (Path(folder) / "a.ply").read_bytes().split(b"end_header\n")
         self.assertIn(b"element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n", header)
         self.assertEqual(np.frombuffer(body, "<f4", 5, 20).tolist(), [1.0, 0.0, 0.0, 2.0, 3.0])
