@@ -1,5 +1,6 @@
 // Paths that are shared between pixels: less noise, the same bits however the work is divided.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/pilots/direct_sample_pilot.h"
 #include "renderer/integrator/pilots/path_reuse_pilot.h"
 #include "renderer/integrator/stages/reuse_paths.h"
 #include "renderer/session/check_settings.h"
@@ -144,17 +145,61 @@ TEST(PathReuse, IsChosenTogetherWithLightSamples) {
 }
 
 // Dark surfaces reflect hardly any light to each other.
-TEST(PathReuse, IsNotChosenForDirectLight) {
-  const auto world = make_world(
+std::unique_ptr<const World> dark_world() {
+  return make_world(
       make_scene({diffuse_material(Rgb(0.05f)), emissive_material(Rgb(5.0f))},
                  {quad(V3f(-8, 0, 8), V3f(16, 0, 0), V3f(0, 0, -16), 0), sphere(V3f(0, 1.2f, 0), 1.0f, 16, 0),
                   quad(V3f(-3, 6, -3), V3f(6, 0, 0), V3f(0, 0, 6), 1)}),
       accel::Kind::kdtree);
+}
+
+TEST(PathReuse, IsNotChosenForDirectLight) {
+  const auto world = dark_world();
   const RenderOutcome outcome = render_open(*world, long_reuse_to_choose());
   EXPECT_EQ(outcome.statistics.path_reuse.count, 1);
   EXPECT_EQ(outcome.statistics.path_reuse.predicted, 1.0);
   EXPECT_GT(outcome.statistics.path_reuse.paths, 0U);
   expect_same_bits(outcome.film, render_open(*world, long_render(5)).film, "no reuse");
+}
+
+TEST(PathReuse, HasNoPilotWhereIndirectLightHasLittleNoise) {
+  RenderSettings settings = long_reuse_to_choose();
+  settings.chooses_direct_samples = true;
+  const RenderOutcome outcome = render_open(*dark_world(), settings);
+  EXPECT_GT(outcome.statistics.direct_samples.paths, 0U);
+  EXPECT_EQ(outcome.statistics.path_reuse.paths, 0U);
+  EXPECT_EQ(outcome.statistics.path_reuse.count, 1);
+}
+
+// The pilot of light samples measures the share of indirect light, and that of path reuse the part
+// of it that falls.
+TEST(PathReuse, IsChosenByTheShareOfIndirectLight) {
+  const Camera camera = glass_camera(kPilotSize);
+  const SamplePilotSettings pilot{
+      .integrator = long_render(1).integrator, .filter = PixelFilter(PixelFilterOptions{}), .paths = uint64_t{1} << 18};
+  const auto measured = [&](const World& world) {
+    return choose_direct_samples(world, camera, pilot, {.lights = true}, {}).model;
+  };
+  const auto bright = indirect_world(), dark = dark_world();
+  SampleModel model = measured(*bright);
+  EXPECT_GT(model.of_indirect.value(), 0.8);
+  EXPECT_LT(measured(*dark).of_indirect.value(), 0.05);
+
+  const auto choose = [&] { return choose_path_reuse(*bright, camera, pilot, model, {}, {}); };
+  EXPECT_EQ(choose().counts.pixels, static_cast<int>(kMaxPathReuse));
+  const double predicted = choose().sharing.predicted;
+  model.of_indirect = 0.3;
+  EXPECT_GT(choose().sharing.predicted, predicted);
+  EXPECT_GT(choose().sharing.paths, 0U);
+  model.of_indirect = 0.01;
+  EXPECT_EQ(choose().counts.pixels, 1);
+  EXPECT_EQ(choose().sharing.paths, 0U);
+}
+
+TEST(PathReuse, PilotsHaveMoreBlocksBesideABackground) {
+  EXPECT_EQ(paths_beside_background(1000, 1.0), 1000U);
+  EXPECT_EQ(paths_beside_background(1000, 0.8), 1250U);
+  EXPECT_EQ(paths_beside_background(1000, 0.1), 2000U);
 }
 
 TEST(PathReuse, HasNoPilotWhereItDoesNotWork) {

@@ -37,6 +37,12 @@ struct SampleChoice {
   double busy_s = 0.0;    // summed over the threads
 };
 
+// Returns the paths of a pilot that has up to twice as many blocks if the background fills much of
+// the image. `lit`: share of the blocks that are not background.
+[[nodiscard]] inline uint64_t paths_beside_background(uint64_t paths, double lit) {
+  return static_cast<uint64_t>(static_cast<double>(paths) / std::max(lit, 0.5));
+}
+
 inline constexpr size_t kMaxNoiseSettings = 3;
 
 // The blocks that a pilot renders, each with all settings and twice with any.

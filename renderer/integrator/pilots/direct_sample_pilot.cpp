@@ -26,13 +26,13 @@ constexpr double kReflectionCost = 1.5;
 // negative covariance. With more light samples less of the direct light depends on that direction,
 // and this share of the covariance is lost. Fitted to three scenes.
 constexpr double kLostCovariance = 0.4;
+// The same if paths are shared. Fitted to choices on fourteen scenes.
+constexpr double kSharedCovariance = 0.5;
 // The first of two parts of the pilot, a probe, has this fraction of the paths. It ends the pilot
 // if nothing would be gained although light samples had this much more of the noise than it finds,
 // and reflection samples as much.
 constexpr uint64_t kProbeFraction = 4;
 constexpr double kDoubt = 0.15;
-// Where the background fills more than half of the image, the other part has twice as many blocks.
-constexpr double kMinLit = 0.5;
 
 class DirectSamplePilot {
  public:
@@ -57,12 +57,13 @@ class DirectSamplePilot {
       return measured.complete && measured.error.all[0] > 0.0;
     };
     MeasuredNoise measured = measure(settings_.paths / kProbeFraction, choice);
+    choice.lit = measured.lit;
     if (shows_noise(measured)) {
       choice.model = model_of(measured);
       if (is_hopeless(choice.model)) return choice;
     }
-    const double left = static_cast<double>(settings_.paths - settings_.paths / kProbeFraction);
-    measured.add(measure(static_cast<uint64_t>(left / std::max(measured.lit, kMinLit)), choice));
+    const uint64_t left = settings_.paths - settings_.paths / kProbeFraction;
+    measured.add(measure(paths_beside_background(left, measured.lit), choice));
     if (!shows_noise(measured)) return choice;
     choice.model = model_of(measured);
     choice.complete = true;
@@ -117,7 +118,12 @@ class DirectSamplePilot {
                             (1.0 - 1.0 / (1 + kMeasuredReflections));
     }
     const NoiseShares shares = likely_shares(blocks, open_.lights, open_.reflections);
-    SampleModel model{.first = given_, .of_lights = shares.lights, .of_reflections = shares.reflections};
+    const NoiseErrors& errors = measured.error;
+    const double twice_covariance = errors.all[0] - errors.direct[0] - errors.indirect[0];
+    SampleModel model{.first = given_,
+                      .of_lights = shares.lights,
+                      .of_reflections = shares.reflections,
+                      .of_indirect = (errors.indirect[0] + kSharedCovariance * twice_covariance) / errors.all[0]};
     // Direct light alone has the shadow rays of the first surface alone.
     const double cost = measured.cost(kSampleRayCosts);
     const std::array<double, kMaxNoiseSettings>& rays = measured.shadow_rays;

@@ -10,6 +10,7 @@ namespace kindling {
 struct DirectSampleChoice : SampleChoice { // `count`: of light samples
   int reflections = 0;                     // IntegratorSettings::reflection_samples
   SampleModel model;                       // of the numbers that were measured
+  double lit = 1.0;                        // share of the pilot's blocks whose paths sample a light
   bool complete = false;                   // the model is of the whole pilot, not of its probe
 };
 

@@ -9,14 +9,33 @@
 namespace kindling {
 namespace {
 
-constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 8};
+// Few samples, so that there are many blocks: sharing removes much of the noise in some places and
+// little in others.
+constexpr NoiseBlocks kBlocks{.side = kBlockSize, .samples = 2};
 // Fitted to times of path tracing of fifteen scenes: the cost of a link, in light samples, and that
 // of the records, relative to the cost without.
 constexpr double kLinkCost = 1.5;
 constexpr double kRecordCost = 0.12;
-// In few blocks sharing may seem to remove all noise, beside which any number of light samples
-// would remove what is left. So its share is at most this.
-constexpr double kMaxFalling = 0.9;
+// Light samples, reflection samples and sharing may each seem to remove so much that nothing would
+// be left, and any number of them would pay off. So together they have at most this share.
+constexpr double kMaxFalling = 0.95;
+// The pilot is left out if sharing would gain nothing although it removed all noise of indirect
+// light and this share of all noise as well.
+constexpr double kSharingDoubt = 0.03;
+
+void set_sharing(double share, SampleModel& model) {
+  model.of_sharing = std::max(share, 0.0);
+  const double sum = model.of_lights + model.of_reflections + model.of_sharing;
+  const double scale = kMaxFalling / std::max(sum, kMaxFalling);
+  for (double* part : {&model.of_lights, &model.of_reflections, &model.of_sharing}) *part *= scale;
+}
+
+bool is_hopeless(SampleModel model, const SampleCounts& without, const OpenCounts& open) {
+  if (!model.of_indirect) return false;
+  set_sharing(*model.of_indirect + kSharingDoubt, model);
+  model.sharing_cost = kRecordCost * model.cost(without);
+  return best_counts(model, open).pixels == 1;
+}
 
 } // namespace
 
@@ -25,22 +44,24 @@ PathReuseChoice choose_path_reuse(const World& world, const Camera& camera, cons
   PathReuseChoice choice;
   const SampleCounts without{settings.integrator.direct_samples, settings.integrator.reflection_samples, 1};
   choice.counts = without;
+  open.pixels = true;
+  if (is_hopeless(model, without, open)) return choice;
   constexpr int kPixels = static_cast<int>(kMaxPathReuse);
   const auto change = [](IntegratorSettings& integrator, size_t setting) {
     integrator.path_reuse = setting == 0 ? 1 : kPixels;
   };
   const MeasuredNoise measured = measure_noise(world, camera, settings, kBlocks, change, stopped, choice.sharing);
-  const double all = measured.error.all[0];
+  const double all = measured.error.all[0], indirect = measured.error.indirect[0];
   if (!measured.complete || !(all > 0.0)) return choice;
   // Shared paths bring light of later reflections alone; the noise of other light would hide
-  // theirs.
-  const double removed = measured.error.indirect[0] - measured.error.indirect[1];
-  const double falling = std::clamp(removed / (1.0 - 1.0 / kPixels), 0.0, kMaxFalling * all);
-  model.of_sharing = falling / all * model.error(without);
+  // theirs. The pilot of light samples has seen many more places, so it knows better how much of
+  // the noise is that of indirect light.
+  const double removed = (indirect - measured.error.indirect[1]) / (1.0 - 1.0 / kPixels);
+  const bool knows_indirect = model.of_indirect && indirect > 0.0;
+  set_sharing(knows_indirect ? removed / indirect * *model.of_indirect : removed / all * model.error(without), model);
   model.sharing_cost = kRecordCost * model.cost(without);
   model.pixel_cost =
       kLinkCost * measured.more_shadow_rays() / (kPixels - 1) / measured.cost(kSampleRayCosts) * model.cost(without);
-  open.pixels = true;
   const SampleCounts best = best_counts(model, open);
   if (best.pixels == 1) return choice;
   choice.sharing.count = best.pixels;

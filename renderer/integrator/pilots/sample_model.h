@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 namespace kindling {
 
 // Light samples and reflection samples at a path's first surface, and pixels that share their
@@ -20,8 +22,9 @@ struct OpenCounts {
 struct SampleModel {
   SampleCounts first;
   double of_lights = 0.0, of_reflections = 0.0, of_sharing = 0.0; // b, s and i
-  double light_cost = 0.0, reflection_cost = 0.0;                 // of one more
-  double sharing_cost = 0.0, pixel_cost = 0.0;                    // of any sharing, and of one more pixel
+  std::optional<double> of_indirect; // light reflected more than once, of which i is a part; none: not measured
+  double light_cost = 0.0, reflection_cost = 0.0; // of one more
+  double sharing_cost = 0.0, pixel_cost = 0.0;    // of any sharing, and of one more pixel
 
   [[nodiscard]] double error(const SampleCounts& counts) const;
   [[nodiscard]] double cost(const SampleCounts& counts) const;
@@ -39,6 +42,6 @@ inline constexpr int kMaxChosenDirectSamples = 16;
 inline constexpr double kMinDirectSampleGain = 1.05;
 inline constexpr double kMinReflectionSampleGain = 1.03;
 inline constexpr double kMinUnmeasuredGain = 1.1;
-inline constexpr double kMinPathReuseGain = 1.1;
+inline constexpr double kMinPathReuseGain = 1.05;
 
 } // namespace kindling

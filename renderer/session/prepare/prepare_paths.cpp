@@ -89,7 +89,9 @@ class SamplePilots {
     SampleModel model = before.model;
     if (before.paths == 0) model.first = {integrator.direct_samples, integrator.reflection_samples};
     const OpenCounts open{open_.lights && before.complete, open_.reflections && before.complete, true};
-    const PathReuseChoice choice = choose_path_reuse(world_, camera_, pilot(), model, open, stopped_);
+    SamplePilotSettings of_blocks = pilot();
+    of_blocks.paths = paths_beside_background(of_blocks.paths, before.lit);
+    const PathReuseChoice choice = choose_path_reuse(world_, camera_, of_blocks, model, open, stopped_);
     prepared.path_reuse = choice.sharing;
     integrator.path_reuse = choice.counts.pixels;
     if (choice.counts.pixels == 1) return;
