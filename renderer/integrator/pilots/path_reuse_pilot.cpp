@@ -18,10 +18,10 @@ constexpr double kLinkCost = 1.5;
 constexpr double kRecordCost = 0.12;
 // Light samples, reflection samples and sharing may each seem to remove so much that nothing would
 // be left, and any number of them would pay off. So together they have at most this share.
-constexpr double kMaxFalling = 0.95;
+constexpr double kMaxFalling = 0.99;
 // The pilot is left out if sharing would gain nothing although it removed all noise of indirect
-// light and this share of all noise as well.
-constexpr double kSharingDoubt = 0.03;
+// light and this share of the noise without sharing as well.
+constexpr double kSharingDoubt = 0.05;
 
 void set_sharing(double share, SampleModel& model) {
   model.of_sharing = std::max(share, 0.0);
@@ -32,7 +32,7 @@ void set_sharing(double share, SampleModel& model) {
 
 bool is_hopeless(SampleModel model, const SampleCounts& without, const OpenCounts& open) {
   if (!model.of_indirect) return false;
-  set_sharing(*model.of_indirect + kSharingDoubt, model);
+  set_sharing(*model.of_indirect + kSharingDoubt * model.error(without), model);
   model.sharing_cost = kRecordCost * model.cost(without);
   return best_counts(model, open).pixels == 1;
 }
