@@ -4,7 +4,8 @@
     bench/fidelity_race.py FOLDER OUT [--only PATTERN]     # then: bench/equal_noise.py OUT --peers cycles,mitsuba
 
 Copies each model with its files and its environment; scenes.json names both. The scenario's camera becomes the only one of the
-copy, so that every renderer has it; animations are left out, so that all show the same pose. --without removes an extension that a peer lacks, so that all render the same material.
+copy, so that every renderer has it; animations are left out, so that all show the same pose. --without removes an extension
+that a peer lacks, so that all render the same material.
 """
 # SPDX-License-Identifier: Apache-2.0
 import argparse

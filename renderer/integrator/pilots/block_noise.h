@@ -76,6 +76,10 @@ struct NoiseErrors {
   std::array<double, kMaxNoiseSettings> all{}, direct{}, indirect{};
 
   void add(const NoiseErrors& other);
+  // Returns twice the covariance of direct and indirect light.
+  [[nodiscard]] double twice_covariance(size_t setting) const {
+    return all[setting] - direct[setting] - indirect[setting];
+  }
 };
 
 // Noise and cost of the settings.

@@ -26,7 +26,7 @@ constexpr double kReflectionCost = 1.5;
 // negative covariance. With more light samples less of the direct light depends on that direction,
 // and this share of the covariance is lost. Fitted to three scenes.
 constexpr double kLostCovariance = 0.4;
-// The same if paths are shared. Fitted to choices on fourteen scenes.
+// The share that is lost if paths are shared. Fitted to choices on fourteen scenes.
 constexpr double kSharedCovariance = 0.5;
 // The first of two parts of the pilot, a probe, has this fraction of the paths. It ends the pilot
 // if nothing would be gained although light samples had this much more of the noise than it finds,
@@ -109,9 +109,8 @@ class DirectSamplePilot {
     std::vector<BlockShares> blocks;
     for (const NoiseErrors& errors : measured.of_blocks) {
       BlockShares& block = blocks.emplace_back(BlockShares{.all = errors.all[0]});
-      const double twice_covariance = errors.all[0] - errors.direct[0] - errors.indirect[0];
       if (open_.lights)
-        block.lights = (errors.direct[0] - errors.direct[1] + kLostCovariance * twice_covariance) /
+        block.lights = (errors.direct[0] - errors.direct[1] + kLostCovariance * errors.twice_covariance(0)) /
                        (1.0 - 1.0 / kMeasuredDirectSamples);
       if (open_.reflections)
         block.reflections = (errors.direct[last_of_lights] - errors.direct[last_of_lights + 1]) /
@@ -119,11 +118,11 @@ class DirectSamplePilot {
     }
     const NoiseShares shares = likely_shares(blocks, open_.lights, open_.reflections);
     const NoiseErrors& errors = measured.error;
-    const double twice_covariance = errors.all[0] - errors.direct[0] - errors.indirect[0];
     SampleModel model{.first = given_,
                       .of_lights = shares.lights,
                       .of_reflections = shares.reflections,
-                      .of_indirect = (errors.indirect[0] + kSharedCovariance * twice_covariance) / errors.all[0]};
+                      .of_indirect =
+                          (errors.indirect[0] + kSharedCovariance * errors.twice_covariance(0)) / errors.all[0]};
     // Direct light alone has the shadow rays of the first surface alone.
     const double cost = measured.cost(kSampleRayCosts);
     const std::array<double, kMaxNoiseSettings>& rays = measured.shadow_rays;

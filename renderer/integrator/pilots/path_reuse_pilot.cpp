@@ -23,6 +23,7 @@ constexpr double kMaxFalling = 0.99;
 // light and this share of the noise without sharing as well.
 constexpr double kSharingDoubt = 0.05;
 
+// Sets the share of the noise that sharing removes.
 void set_sharing(double share, SampleModel& model) {
   model.of_sharing = std::max(share, 0.0);
   const double sum = model.of_lights + model.of_reflections + model.of_sharing;
