@@ -14,6 +14,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -61,6 +62,10 @@ struct Lanes {
   Float8 v;
 };
 
+// The result of comparing numbers of a type.
+template <typename Real>
+using MaskOf = std::conditional_t<std::is_same_v<Real, Lanes>, LaneMask, bool>;
+
 // The words of a number's bits.
 template <typename Real>
 using WordsOf = std::conditional_t<std::is_same_v<Real, Lanes>, Words8, uint32_t>;
@@ -105,6 +110,11 @@ template <typename Condition, typename Real>
   return bits;
 }
 #endif
+// The inverse: a mask of the lanes whose bits are set.
+[[nodiscard]] inline LaneMask lane_mask(uint32_t bits) {
+  const auto all = static_cast<int32_t>(bits);
+  return (LaneMask{all, all, all, all, all, all, all, all} & LaneMask{1, 2, 4, 8, 16, 32, 64, 128}) != 0;
+}
 [[nodiscard]] inline bool any(const LaneMask& mask) { return packed(mask) != 0; }
 [[nodiscard]] inline bool all(const LaneMask& mask) { return packed(mask) == 0xffU; }
 
@@ -121,6 +131,7 @@ template <typename Condition, typename Real>
 [[nodiscard]] inline Lanes with_sign_of(const Lanes& magnitude, const Lanes& sign) {
   return from_bits((bits_of(magnitude) & 0x7fffffffU) | (bits_of(sign) & 0x80000000U));
 }
+[[nodiscard]] inline Lanes square(const Lanes& x) { return x * x; }
 [[nodiscard]] inline Lanes square_root(const Lanes& x) {
 #ifdef __AVX__
   return Lanes(static_cast<Float8>(_mm256_sqrt_ps(static_cast<__m256>(x.v))));
@@ -130,6 +141,43 @@ template <typename Condition, typename Real>
   return result;
 #endif
 }
+
+// Those of math.h. Functions of vectors are templates, so that lists in braces stay floats.
+[[nodiscard]] inline Lanes safe_sqrt(const Lanes& x) { return square_root(maximum(x, Lanes(0.0f))); }
+[[nodiscard]] inline Lanes lerp(const Lanes& a, const Lanes& b, const Lanes& t) { return a + (b - a) * t; }
+template <std::same_as<Lanes> Real>
+[[nodiscard]] Imath::Vec3<Real> lerp(const Imath::Vec3<Real>& a, const Imath::Vec3<Real>& b, const Real& t) {
+  return a + (b - a) * t;
+}
+template <std::same_as<Lanes> Real>
+[[nodiscard]] Real max_component(const Imath::Vec3<Real>& v) {
+  return maximum(v.x, maximum(v.y, v.z));
+}
+template <std::same_as<Lanes> Real>
+[[nodiscard]] Real max_abs(const Imath::Vec3<Real>& v) {
+  return maximum(absolute(v.x), maximum(absolute(v.y), absolute(v.z)));
+}
+template <std::same_as<Lanes> Real>
+[[nodiscard]] LaneMask is_black(const Imath::Vec3<Real>& c) {
+  return (c.x == 0.0f) & (c.y == 0.0f) & (c.z == 0.0f);
+}
+[[nodiscard]] inline Int8 cells_of(const Lanes& x, uint32_t last) { // cell_of()
+  const Lanes clamped = minimum(maximum(Lanes(0.0f), x), Lanes(static_cast<float>(last)));
+  return __builtin_convertvector(clamped.v, Int8);
+}
+
+// Returns what one of two functions returns: that of the first where the condition holds, else that
+// of the second. Of eight lanes both are called.
+template <typename F, typename G>
+[[nodiscard]] auto select_result(bool condition, const F& f, const G& g) {
+  return condition ? f() : g();
+}
+template <typename F, typename G>
+[[nodiscard]] auto select_result(const LaneMask& condition, const F& f, const G& g) {
+  return select(condition, f(), g());
+}
+
+[[nodiscard]] inline V3f lane_of(const Imath::Vec3<Lanes>& v, size_t lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
 
 // Memory in which lanes are filled or read one by one.
 struct LaneNumbers {

@@ -17,6 +17,7 @@ class SurfaceBsdf {
   SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters* layers, const V3f& wo)
       : bsdf_(layers == nullptr ? Either(std::in_place_index<0>, parameters, wo)
                                 : Either(std::in_place_index<1>, parameters, *layers, wo)) {}
+  explicit SurfaceBsdf(const GltfBsdf& plain) : bsdf_(plain) {}
 
   [[nodiscard]] BsdfEval eval(const V3f& wi) const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);

@@ -16,22 +16,27 @@ namespace kindling {
 // Mappings are continuous where the shape allows it and preserve the stratification of u.
 
 // --- Unit disk, by area. Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
-[[nodiscard]] inline V2f sample_uniform_disk(const V2f& u) {
-  const float x = 2.0f * u.x - 1.0f;
-  const float y = 2.0f * u.y - 1.0f;
-  const bool wide = std::abs(x) > std::abs(y);
-  const float radius = wide ? x : y;
-  if (radius == 0.0f) return {0.0f, 0.0f};
-  const SinCos angle = sincos_turns(0.125f * (wide ? y : x) / radius);
-  return wide ? V2f(radius * angle.cos, radius * angle.sin) : V2f(radius * angle.sin, radius * angle.cos);
+template <typename Real>
+[[nodiscard]] Imath::Vec2<Real> sample_uniform_disk(const Imath::Vec2<Real>& u) {
+  const Real x = 2.0f * u.x - 1.0f;
+  const Real y = 2.0f * u.y - 1.0f;
+  const auto wide = absolute(x) > absolute(y);
+  const Real radius = select(wide, x, y);
+  const auto angle = sincos_turns(Real(0.125f * select(wide, y, x) / radius)); // NaN at the center
+  const Real cos = radius * angle.cos, sin = radius * angle.sin;
+  const Imath::Vec2<Real> center(Real(0.0f), Real(0.0f));
+  return select(radius == 0.0f, center, Imath::Vec2<Real>(select(wide, cos, sin), select(wide, sin, cos)));
 }
+[[nodiscard]] inline V2f sample_uniform_disk(const V2f& u) { return sample_uniform_disk<float>(u); }
 [[nodiscard]] inline float uniform_disk_pdf(const V2f& p) { return p.length2() <= 1.0f ? kInvPi : 0.0f; }
 
 // --- Hemisphere around +z, with density cos(theta) / pi by solid angle (Malley's method).
-[[nodiscard]] inline V3f sample_cosine_hemisphere(const V2f& u) {
-  const V2f p = sample_uniform_disk(u);
-  return {p.x, p.y, safe_sqrt(1.0f - p.length2())};
+template <typename Real>
+[[nodiscard]] Imath::Vec3<Real> sample_cosine_hemisphere(const Imath::Vec2<Real>& u) {
+  const Imath::Vec2<Real> p = sample_uniform_disk(u);
+  return {p.x, p.y, safe_sqrt(Real(1.0f - (p.x * p.x + p.y * p.y)))};
 }
+[[nodiscard]] inline V3f sample_cosine_hemisphere(const V2f& u) { return sample_cosine_hemisphere<float>(u); }
 [[nodiscard]] inline float cosine_hemisphere_pdf(const V3f& w) { return std::max(w.z, 0.0f) * kInvPi; }
 
 // --- Hemisphere around +z, uniform by solid angle.

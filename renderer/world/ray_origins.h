@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/world/surface_point.h"
 
 #include <limits>
@@ -17,7 +18,10 @@ constexpr float gamma(int n) {
 
 // Returns the error bound of a point interpolated from three others with coordinates up to
 // `magnitude`, with a margin for sums computed with it.
-constexpr float position_bound(float magnitude) { return 3.0f * gamma(7) * magnitude; }
+template <typename Real>
+constexpr Real position_bound(const Real& magnitude) {
+  return 3.0f * gamma(7) * magnitude;
+}
 
 // The same under an instance: the accelerator intersects in object space, so its rounding there,
 // transformed to world space, counts as well.
@@ -36,12 +40,43 @@ inline float position_bound(const M44f& m, float object_magnitude, float world_m
 // atan(sqrt(3) / 8), 12 degrees, cannot be crossed farther away.
 inline constexpr float kEdgeMargin = 8.0f;
 
-// Returns the offset of the position to one side by the error bound of the point.
-[[nodiscard]] inline V3f origin_beside(const SurfacePoint& surface, bool beyond) {
-  const V3f& n = surface.geometric_normal;
-  const float distance = surface.position_error * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
+// Returns the offset of a position to one side of its surface by its error bound. n is the
+// geometric normal; `beyond`: to the side that it does not point to.
+template <typename Real>
+[[nodiscard]] Imath::Vec3<Real> origin_beside(const Imath::Vec3<Real>& position, const Real& error,
+                                              const Imath::Vec3<Real>& n, const MaskOf<Real>& beyond) {
+  const Real distance = error * (absolute(n.x) + absolute(n.y) + absolute(n.z));
   // The bound has a margin for the rounding of this sum.
-  return surface.position + n * (beyond ? -distance : distance);
+  return position + n * select(beyond, Real(-distance), distance);
+}
+[[nodiscard]] inline V3f origin_beside(const SurfacePoint& surface, bool beyond) {
+  return origin_beside<float>(surface.position, surface.position_error, surface.geometric_normal, beyond);
+}
+
+// The way of a shadow ray from its origin.
+template <typename Real>
+struct WayToLight {
+  Imath::Vec3<Real> direction; // unit
+  Real length;                 // in meters
+};
+// Returns that of make_shadow_ray() to a light sample, given the position of the surface, the
+// origin of the ray, and the sample's direction, distance and normal.
+template <typename Real>
+[[nodiscard]] WayToLight<Real> way_to_light(const Imath::Vec3<Real>& position, const Imath::Vec3<Real>& origin,
+                                            const Imath::Vec3<Real>& wi, const Real& distance,
+                                            const Imath::Vec3<Real>& normal) {
+  const auto is_near = distance < kInfinity;
+  if (!any(is_near)) return {wi, distance};
+  // At grazing angles an offset of either end moves the intersection with the light's plane by many
+  // times its own size.
+  const Imath::Vec3<Real> on_light = position + wi * distance;
+  const Real light_error = position_bound(maximum(max_abs(on_light), distance));
+  const Imath::Vec3<Real> target =
+      on_light + normal * Real(light_error * (absolute(normal.x) + absolute(normal.y) + absolute(normal.z)));
+  const Imath::Vec3<Real> to_target = target - origin;
+  const Real length = square_root(to_target.length2());
+  const auto aims = select(is_near, length, Real(0.0f)) > 0.0f;
+  return {select(aims, to_target / length, wi), select(aims, Real(length * (1.0f - gamma(3))), distance)};
 }
 
 } // namespace kindling

@@ -325,28 +325,15 @@ V3f offset_ray_origin(const SurfacePoint& surface, const V3f& direction) {
 
 accel::Ray make_shadow_ray(const SurfacePoint& surface, const LightSample& light, uint32_t key, uint32_t index,
                            float time) {
-  accel::Ray ray{.origin = offset_ray_origin(surface, light.wi),
-                 .t_min = 0.0f,
-                 .direction = light.wi,
-                 .t_max = light.distance,
-                 .key = key,
-                 .time = time,
-                 .index = index};
-  if (light.distance == kInfinity) return ray;
-  // At grazing angles an offset of either end moves the intersection with the light's plane by many
-  // times its own size.
-  const V3f on_light = surface.position + light.wi * light.distance;
-  const float light_error = position_bound(std::max(max_abs(on_light), light.distance));
-  const V3f target =
-      on_light +
-      light.normal * (light_error * (std::abs(light.normal.x) + std::abs(light.normal.y) + std::abs(light.normal.z)));
-  const V3f to_target = target - ray.origin;
-  const float distance = std::sqrt(to_target.length2());
-  if (distance > 0.0f) {
-    ray.direction = to_target / distance;
-    ray.t_max = distance * (1.0f - gamma(3));
-  }
-  return ray;
+  const V3f origin = offset_ray_origin(surface, light.wi);
+  const WayToLight<float> way = way_to_light(surface.position, origin, light.wi, light.distance, light.normal);
+  return {.origin = origin,
+          .t_min = 0.0f,
+          .direction = way.direction,
+          .t_max = way.length,
+          .key = key,
+          .time = time,
+          .index = index};
 }
 
 } // namespace kindling

@@ -1,5 +1,6 @@
 // Operations on eight lanes give the bits of the operations on one float.
 // SPDX-License-Identifier: Apache-2.0
+#include "renderer/base/frame.h"
 #include "renderer/base/lanes.h"
 #include "tests/base/result_hash.h"
 #include "tests/base/same_bits.h"
@@ -48,6 +49,18 @@ TEST(Lanes, GiveTheBitsOfOneFloat) {
                   (at_least[i] != 0) == (p >= q))
           << p << " and " << q;
     }
+    EXPECT_EQ(packed(less), packed(lane_mask(packed(less))));
+    const Int8 cells = cells_of(x, 7);
+    const Lanes mixed = lerp(x, y, x), squared = square(x), safe_root = safe_sqrt(x);
+    const auto twice = [&] { return x + x; };
+    const Lanes doubled = select_result(less, twice, [&] { return y; });
+    for (size_t i = 0; i < Lanes::kCount; ++i) {
+      const float p = a[i], q = b[i];
+      EXPECT_EQ(static_cast<uint32_t>(cells[i]), cell_of(p, 7)) << p;
+      EXPECT_TRUE(same_bits(mixed[i], lerp(p, q, p)) && same_bits(squared[i], square(p))) << p << " and " << q;
+      EXPECT_TRUE(same_bits(safe_root[i], safe_sqrt(p)) && same_bits(doubled[i], p < q ? p + p : q))
+          << p << " and " << q;
+    }
     bool some = false, every = true;
     for (size_t i = 0; i < Lanes::kCount; ++i) some |= a[i] < b[i], every &= a[i] < b[i];
     EXPECT_EQ(any(less), some);
@@ -69,6 +82,55 @@ TEST(Lanes, LengthsAreThoseOfSingleVectors) {
     }
   }
   EXPECT_GT(tiny, 1000);
+}
+
+TEST(Lanes, VectorsHaveTheBitsOfSingleOnes) {
+  test::Inputs inputs{test::Random(7), true};
+  for (int i = 0; i < 125'000; ++i) {
+    LaneVectors v, w;
+    LaneNumbers t;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      v.set(lane, i % 5 == 0 ? V3f(0.0f) : inputs.any_3d(-2.0f, 2.0f));
+      w.set(lane, inputs.any_3d(-2.0f, 2.0f));
+      t[lane] = inputs.any(-1.0f, 1.0f);
+    }
+    const Lanes largest = max_component(v.load()), largest_size = max_abs(v.load());
+    const LaneMask black = is_black(v.load());
+    const Imath::Vec3<Lanes> mixed = lerp(v.load(), w.load(), t.load());
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      ASSERT_TRUE(same_bits(largest[lane], max_component(v[lane])) && same_bits(largest_size[lane], max_abs(v[lane])))
+          << v[lane];
+      ASSERT_EQ(black[lane] != 0, is_black(v[lane])) << v[lane];
+      ASSERT_TRUE(same_bits(lane_of(mixed, lane), lerp(v[lane], w[lane], t[lane]))) << v[lane] << w[lane];
+    }
+  }
+}
+
+// Normals of all directions, those along the axes among them.
+TEST(Lanes, FramesHaveTheBitsOfSingleOnes) {
+  test::Random random(8);
+  for (int i = 0; i < 125'000; ++i) {
+    LaneVectors normals, vectors;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const auto number = [&] { return random.next_u64() % 4 == 0 ? 0.0f : random.next_1d() - 0.5f; };
+      V3f n(number(), number(), number());
+      if (n.length() == 0.0f) n.z = -0.5f;
+      normals.set(lane, n.normalized());
+      vectors.set(lane, V3f(number(), number(), number()));
+    }
+    const auto together = FrameOf<Lanes>::around(normals.load());
+    const auto local = together.to_local(vectors.load()), world = together.to_world(vectors.load());
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const Frame alone = Frame::around(normals[lane]);
+      ASSERT_TRUE(same_bits(lane_of(together.tangent, lane), alone.tangent) &&
+                  same_bits(lane_of(together.bitangent, lane), alone.bitangent) &&
+                  same_bits(lane_of(together.normal, lane), alone.normal))
+          << normals[lane];
+      ASSERT_TRUE(same_bits(lane_of(local, lane), alone.to_local(vectors[lane])) &&
+                  same_bits(lane_of(world, lane), alone.to_world(vectors[lane])))
+          << normals[lane] << vectors[lane];
+    }
+  }
 }
 
 TEST(Lanes, ColumnsBecomeRows) {

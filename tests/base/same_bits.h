@@ -21,6 +21,6 @@ inline bool same_bits(const V3f& a, const V3f& b) {
 
 inline float lane_of(const Lanes& x, size_t lane) { return x[lane]; }
 inline V2f lane_of(const Imath::Vec2<Lanes>& v, size_t lane) { return {v.x[lane], v.y[lane]}; }
-inline V3f lane_of(const Imath::Vec3<Lanes>& v, size_t lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
+using kindling::lane_of; // of vectors
 
 } // namespace kindling::test

@@ -40,6 +40,27 @@ TEST(LanesSampling, SinesAndCosinesOfTurns) {
   }
 }
 
+// The center of the disk and its corners are among them.
+TEST(LanesSampling, DisksAndHemispheres) {
+  test::Random random(12);
+  for (int i = 0; i < kVectors; ++i) {
+    LaneNumbers x, y;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const bool at_center = random.next_u64() % 16 == 0;
+      x[lane] = at_center ? 0.5f : edge_draw(random);
+      y[lane] = at_center ? 0.5f : random.next_u64() % 16 == 0 ? x[lane] : edge_draw(random);
+    }
+    const Imath::Vec2<Lanes> u(x.load(), y.load());
+    const auto on_disk = sample_uniform_disk(u);
+    const auto direction = sample_cosine_hemisphere(u);
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const V2f alone(x[lane], y[lane]);
+      ASSERT_TRUE(same_bits(lane_of(on_disk, lane), sample_uniform_disk(alone))) << alone;
+      ASSERT_TRUE(same_bits(lane_of(direction, lane), sample_cosine_hemisphere(alone))) << alone;
+    }
+  }
+}
+
 // The triangles are large and small, near and far. Some are degenerate, some are seen edge-on, and
 // some have the point at a corner.
 TEST(LanesSampling, SphericalTriangles) {

@@ -1,5 +1,6 @@
 // Origins of rays that leave hits near edges: on the inner side of all walls, and only then moved.
 // SPDX-License-Identifier: Apache-2.0
+#include "tests/base/same_bits.h"
 #include "tests/integrator/closed_boxes.h"
 
 #include "accel/affine.h"
@@ -232,6 +233,39 @@ TEST(RayOrigins, ArePlainOffsetsWhereNothingIsInTheWay) {
       }
       EXPECT_GT(guarded, 20);
     }
+}
+
+// Of every fourth light the distance is infinite; some points lie on the light.
+TEST(RayOrigins, EightHaveTheBitsOfEach) {
+  Numbers u;
+  const auto vector = [&u] { return V3f(u.between(-1, 1), u.between(-1, 1), u.between(-1, 1)); };
+  for (int i = 0; i < 20'000; ++i) {
+    LaneVectors positions, normals, directions, light_normals;
+    LaneNumbers errors, distances;
+    std::array<SurfacePoint, Lanes::kCount> surfaces;
+    std::array<LightSample, Lanes::kCount> lights;
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      SurfacePoint& surface = surfaces[lane];
+      surface.position = vector() * 10.0f, surface.position_error = u() * 1e-5f;
+      surface.geometric_normal = vector().normalized();
+      const float distance = u() < 0.25f ? kInfinity : u() < 0.1f ? 0.0f : u() * 5.0f;
+      lights[lane] = {.wi = vector().normalized(), .distance = distance};
+      if (u() < 0.5f) lights[lane].normal = vector().normalized();
+      positions.set(lane, surface.position), normals.set(lane, surface.geometric_normal);
+      directions.set(lane, lights[lane].wi), light_normals.set(lane, lights[lane].normal);
+      errors[lane] = surface.position_error, distances[lane] = distance;
+    }
+    const LaneMask beyond = directions.load().dot(normals.load()) < 0.0f;
+    const auto origins = origin_beside<Lanes>(positions.load(), errors.load(), normals.load(), beyond);
+    const WayToLight<Lanes> ways =
+        way_to_light(positions.load(), origins, directions.load(), distances.load(), light_normals.load());
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+      const accel::Ray alone = make_shadow_ray(surfaces[lane], lights[lane], 1, 2, 0.5f);
+      ASSERT_TRUE(same_bits(lane_of(origins, lane), alone.origin)) << distances[lane];
+      ASSERT_TRUE(same_bits(lane_of(ways.direction, lane), alone.direction)) << distances[lane];
+      ASSERT_TRUE(same_bits(ways.length[lane], alone.t_max)) << distances[lane];
+    }
+  }
 }
 
 } // namespace
