@@ -34,6 +34,15 @@ class PathContext final : public ThreadContext {
 
   // True if the paths of a batch are shared between pixels; those that train a guide are not.
   [[nodiscard]] bool reuses() const { return reuse && !recorder; }
+  [[nodiscard]] PathInFlight path_at(uint32_t slot) {
+    const CameraSample& sample = camera_samples[slot];
+    return {slot,
+            sample,
+            states[slot],
+            media[slot],
+            surfaces.empty() ? nullptr : &surfaces[slot],
+            level.value_or(sample.sample_index)};
+  }
 
   std::vector<PixelRect> blocks;            // of a batch that has several
   std::vector<CameraSample> camera_samples; // by slot

@@ -193,16 +193,6 @@ void PathIntegrator::trace_bounces(PathContext& context) const {
   context.counters.bounce += context.rays.size();
 }
 
-PathInFlight PathIntegrator::path_at(uint32_t slot, PathContext& context) {
-  const CameraSample& sample = context.camera_samples[slot];
-  return {slot,
-          sample,
-          context.states[slot],
-          context.media[slot],
-          context.surfaces.empty() ? nullptr : &context.surfaces[slot],
-          context.level.value_or(sample.sample_index)};
-}
-
 void PathIntegrator::shade(PathContext& context) const {
   context.shadow_rays.clear();
   context.shadow_records.clear();
@@ -250,7 +240,7 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
       locations[escaped++] = &member.escaped;
       continue;
     }
-    const PathInFlight path = path_at(context.active[first + i], context);
+    const PathInFlight path = context.path_at(context.active[first + i]);
     member.scattered = stages_.scatter_distance(hits[i].t, path);
     footprints[i] = stages_.measure_footprint(rays[i], member.scattered.value_or(hits[i].t), path.state);
     if (member.scattered) hits[i] = {};
@@ -268,7 +258,7 @@ size_t PathIntegrator::draw_for_group(size_t first, size_t count, PathContext& c
   ShadeGroup& group = context.group;
   size_t reflecting = 0;
   for (size_t i = 0; i < count; ++i) {
-    const PathInFlight path = path_at(context.active[first + i], context);
+    const PathInFlight path = context.path_at(context.active[first + i]);
     const SurfacePoint& surface = group.members[i].surface;
     if (!group.reached[i].is_hit() || !PathStages::reflects(surface, path.state)) continue;
     group.addresses[reflecting] = PathStages::draws_address(path);
@@ -295,7 +285,7 @@ void PathIntegrator::draw_reflections(size_t first, size_t reflecting, PathConte
   ShadeGroup& group = context.group;
   size_t drawn = 0;
   for (size_t i = 0; i < reflecting; ++i) {
-    const PathInFlight path = path_at(context.active[first + group.reflecting[i]], context);
+    const PathInFlight path = context.path_at(context.active[first + group.reflecting[i]]);
     if (path.state.bounce > 0) continue;
     group.members[group.reflecting[i]].sampled.reflections = &group.reflection_draws[drawn];
     for (uint32_t number = 0; number < count; ++number)
@@ -314,7 +304,7 @@ void PathIntegrator::sample_lights(size_t first, size_t count, PathContext& cont
   for (size_t i = 0; i < reflecting_count; ++i) {
     const size_t number_in_batch = first + group.reflecting[i];
     ShadeGroup::Member& member = group.members[group.reflecting[i]];
-    const PathInFlight path = path_at(context.active[number_in_batch], context);
+    const PathInFlight path = context.path_at(context.active[number_in_batch]);
     const LightQuery query =
         stages_.light_query(member.surface, context.rays[number_in_batch].time, member.sampled, path);
     member.first_light = static_cast<uint32_t>(query_count);

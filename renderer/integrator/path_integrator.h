@@ -86,7 +86,6 @@ class PathIntegrator final : public Integrator {
   void tint_shadows(PathContext& context) const; // of trace_shadows()
   void split_shadows(PathContext& context) const;
   static void note_first_hits(size_t first, size_t end, PathContext& context);
-  [[nodiscard]] static PathInFlight path_at(uint32_t slot, PathContext& context);
 
   PathStages stages_;
   const World& world_;

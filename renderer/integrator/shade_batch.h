@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/integrator/lanes/vertex_lanes.h"
 #include "renderer/integrator/path_integrator.h"
 #include "renderer/integrator/stages/shade_path.h"
 
@@ -12,9 +13,10 @@ template <typename Sink>
 inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& context, Sink& sink) const {
   prepare_group(first, end - first, context);
   sample_lights(first, end - first, context);
+  VertexLanes lanes(stages_, context, sink);
   for (size_t i = first; i < end; ++i) {
     ShadeGroup::Member& member = context.group.members[i - first];
-    const PathInFlight path = path_at(context.active[i], context);
+    const PathInFlight path = context.path_at(context.active[i]);
     const accel::Ray& ray = context.rays[i];
     const accel::Hit& hit = context.hits[i];
     if (world_.lights.has_shapes) {
@@ -23,11 +25,12 @@ inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& c
     }
     if (member.scattered)
       stages_.scatter_in_medium(ray, *member.scattered, path, sink);
-    else if (hit.is_hit())
-      stages_.shade_hit(ray, hit, member.surface, member.sampled, context.group.lights_of(member), path, sink);
-    else
+    else if (!hit.is_hit())
       stages_.shade_escaped(ray, member.escaped, path, sink);
+    else if (stages_.reach_surface(ray, hit, member.surface, path, sink))
+      lanes.take(i, member);
   }
+  lanes.finish();
 }
 
 } // namespace kindling

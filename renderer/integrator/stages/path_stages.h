@@ -118,12 +118,15 @@ struct PathStages {
   }
   // Returns LayerParameters::reflection_odds for a path that meets a surface with layers.
   [[nodiscard]] float reflection_odds(const V3f& direction, const SurfacePoint& surface, const PathState& state) const;
-  // Mixes the guides of directions into the BSDF of a surface.
-  void guide(GuidedBsdf& bsdf, const V3f& position) const {
-    if (patches) bsdf.guide_to(*patches, position);
-    if (to_environment) bsdf.guide_to(*to_environment, world->lights.environment, position);
-    if (caustics) bsdf.guide_to(*caustics, position);
+  // Mixes the guides of directions into the BSDF of a surface: a GuidedBsdf, or a GuideMixture with
+  // the surface's shading normal and lobes.
+  template <typename Guided, typename... Surface>
+  void guide(Guided& guided, const V3f& position, const Surface&... surface) const {
+    if (patches) guided.guide_to(*patches, position, surface...);
+    if (to_environment) guided.guide_to(*to_environment, world->lights.environment, position, surface...);
+    if (caustics) guided.guide_to(*caustics, position, surface...);
   }
+  [[nodiscard]] bool guides_directions() const { return patches || to_environment || caustics; }
   // Returns the number of light samples of a path at the surface that it has reached.
   [[nodiscard]] uint32_t light_sample_count(const PathState& state) const {
     return state.bounce == 0 ? static_cast<uint32_t>(settings.direct_samples) : 1;
@@ -198,7 +201,19 @@ struct PathStages {
   // Returns the radiance of a path that has ended, within the clamps.
   [[nodiscard]] Rgb radiance_of(PathState& state) const;
 
-  // Steps of shade_hit().
+  // Steps of shade_hit(). reach_surface() adds the emission; true: the path is scattered, by
+  // scatter_at().
+  template <typename Sink>
+  [[nodiscard]] bool reach_surface(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                   const PathInFlight& path, Sink& sink) const;
+  template <typename Lights, typename Sink>
+  void scatter_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface, const SurfaceDraws& sampled,
+                  const Lights& lights, const PathInFlight& path, Sink& sink) const;
+  // shade_vertex() adds the light samples; true: the next direction is to be sampled, with the
+  // record that it sets.
+  template <typename Lights, typename Sink>
+  [[nodiscard]] bool shade_vertex(const accel::Ray& ray, Vertex& vertex, const Lights& lights, const PathInFlight& path,
+                                  Sink& sink, ReusedPath*& reused) const;
   template <typename Lights, typename Sink>
   void scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights, const PathInFlight& path,
                Sink& sink) const;
@@ -210,6 +225,9 @@ struct PathStages {
   // Returns PathState::specular_cone after a vertex.
   [[nodiscard]] RayCone next_specular_cone(const Vertex& vertex, const GuidedBsdf::Sample& scattered,
                                            const PathState& state) const;
+  [[nodiscard]] bool follows_specular_cone(const PathState& state) const { // step of it
+    return specular_scale > 0.0f && state.specular_cone.spread >= 0.0f;
+  }
   // The light samples at a surface and the reflection samples, which follow them.
   struct DirectCounts {
     uint32_t lights = 0, reflections = 0;
@@ -267,9 +285,10 @@ struct PathStages {
   // Samples the next direction; the path ends if there is none.
   template <typename Sink>
   void sample_bounce(const Vertex& vertex, const PathInFlight& path, Sink& sink, ReusedPath* reused) const;
-  template <typename Sink>
-  [[nodiscard]] static ReusedPath* reused_path(Sink& sink, const PathInFlight& path, const Vertex& vertex,
-                                               bool reflects);
+  // `is_mirror_here` returns is_mirror() of the surface; it is called for first surfaces alone.
+  template <typename Sink, typename IsMirror>
+  [[nodiscard]] static ReusedPath* reused_path(Sink& sink, const PathInFlight& path, const SurfacePoint& surface,
+                                               const IsMirror& is_mirror_here);
   // Returns the light that the surface's emission contributes to the path. `beside`: its weight
   // beside light paths, emission_weight() or 1.
   [[nodiscard]] Rgb light_of_emission(const accel::Ray& ray, const SurfacePoint& surface, float beside,

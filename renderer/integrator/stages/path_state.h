@@ -34,11 +34,11 @@ struct PathState {
   float reflection_ratio = 0.0f;
   const LightProbabilities* light_probabilities = nullptr;
   RayCone cone{.spread = -1.0f}; // footprint of the sample along its ray; spread below 0: not set yet, a camera ray
+  float guiding = 1.0f;          // product over the reflections of density with guiding / density without
+  float alpha = 1.0f;
   // The same as the curvature of surfaces widens it, while all were glass, mirrors or narrow lobes;
   // spread below 0: others were among them.
   RayCone specular_cone{.spread = -1.0f};
-  float alpha = 1.0f;
-  float guiding = 1.0f;        // product over the reflections of density with guiding / density without
   float wavelength_nm = 0.0f;  // set once the path is dispersed; 0: all wavelengths
   uint16_t bounce = 0;         // reflections and transmissions so far
   uint16_t scatter_events = 0; // inside media, so far

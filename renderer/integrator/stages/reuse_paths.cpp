@@ -63,17 +63,17 @@ V3f direction_between(const ReusedSurface& first, const ReusedSurface& second) {
   return way_between(first, second).direction;
 }
 
-void ReusedPath::note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state) {
-  first = record_of(vertex.surface);
-  receives = true;
-  wo = wo_world;
-  throughput = state.throughput;
-}
-
-void ReusedPath::note_second(const PathStages::Vertex& vertex) {
-  second = record_of(vertex.surface);
-  gives = true;
-  light = tail = own_of_light = own_of_tail = Rgb(0.0f);
+void ReusedPath::note(const SurfacePoint& surface, const V3f& wo_world, const PathState& state) {
+  if (state.bounce == 0) {
+    first = record_of(surface);
+    receives = true;
+    wo = wo_world;
+    throughput = state.throughput;
+  } else {
+    second = record_of(surface);
+    gives = true;
+    light = tail = own_of_light = own_of_tail = Rgb(0.0f);
+  }
 }
 
 // Until here light[kIndirect] has had nothing but the tail: what the second surface emits, and

@@ -47,6 +47,9 @@ inline constexpr uint8_t kReuseDifferences[kReusePatterns][3] = {{4, 32, 18}, {2
 // Alpha below which lobes are narrow. At second surfaces they are not shared: the direction of a
 // tail that is drawn from one is not likely by the lobe that another first surface sees.
 inline constexpr float kMinSharedAlpha = 0.1f;
+// Returns whether a first surface is mostly a mirror, given SurfaceBsdf::smooth_share() of that
+// alpha.
+[[nodiscard]] inline bool is_mirror(float smooth_share) { return smooth_share >= 0.5f; }
 
 // A surface of a path, as others may be joined to it: opaque, without layers.
 struct ReusedSurface {
@@ -79,9 +82,9 @@ struct ReusedPath {
   // Forgets the path before; the rest is set with the surfaces.
   void start() { receives = gives = false; }
   [[nodiscard]] bool has_light() const { return gives && !(is_black(light) && is_black(tail)); }
-  // Steps of PathStages::scatter().
-  void note_first(const PathStages::Vertex& vertex, const V3f& wo_world, const PathState& state);
-  void note_second(const PathStages::Vertex& vertex);
+  // Notes the first surface, or the second one; `wo_world` is the unit direction that the path
+  // comes from.
+  void note(const SurfacePoint& surface, const V3f& wo_world, const PathState& state);
 };
 
 // The way from the first surface of a path to the second one of another.

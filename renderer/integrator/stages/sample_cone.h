@@ -3,6 +3,7 @@
 #pragma once
 
 #include "accel/accelerator.h"
+#include "renderer/base/lanes.h"
 #include "renderer/base/ray_cone.h"
 #include "renderer/camera/camera.h"
 #include "renderer/sampling/sampler.h"
@@ -50,10 +51,15 @@ namespace kindling {
 // spread 2 sqrt(o / pi). An eighth of that is used, as for pixels: a cosine lobe may contain whole
 // objects and is too wide for one mean. Squared spreads add. Curvature is ignored: reflections in
 // convex mirrors are filtered less than they could be.
-[[nodiscard]] inline RayCone scattered_cone(const RayCone& arriving, float pdf) {
-  if (!(pdf > 0.0f)) return arriving;
+[[nodiscard]] inline RayCone scattered_cone(const RayCone& arriving, float pdf);
+// Returns the spread of that cone from the spread of the arriving one; pdf > 0.
+template <typename Real>
+[[nodiscard]] Real scattered_spread(const Real& arriving, const Real& pdf) {
   constexpr float kFraction = 0.125f;
-  return {arriving.width_m, std::sqrt(arriving.spread * arriving.spread + kFraction * kFraction * 4.0f * kInvPi / pdf)};
+  return square_root(Real(arriving * arriving + kFraction * kFraction * 4.0f * kInvPi / pdf));
+}
+inline RayCone scattered_cone(const RayCone& arriving, float pdf) {
+  return pdf > 0.0f ? RayCone{arriving.width_m, scattered_spread(arriving.spread, pdf)} : arriving;
 }
 
 } // namespace kindling

@@ -34,8 +34,14 @@ template <typename Lights, typename Sink>
 inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
                                   const SurfaceDraws& sampled, const Lights& lights, const PathInFlight& path,
                                   Sink& sink) const {
+  if (reach_surface(ray, hit, surface, path, sink)) scatter_at(ray, hit, surface, sampled, lights, path, sink);
+}
+
+template <typename Sink>
+inline bool PathStages::reach_surface(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                      const PathInFlight& path, Sink& sink) const {
   PathState& state = path.state;
-  if (state.in_medium && !cross_medium(hit.t, path)) return;
+  if (state.in_medium && !cross_medium(hit.t, path)) return false;
   sink.arrive(path, &surface);
   sink.surface_event(ray, hit, surface, state);
   if (!is_black(surface.emitted)) {
@@ -49,16 +55,24 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
       continue_through(ray, surface, path, sink);
     else if (path.surface)
       record_surface(ray, surface, nullptr, state, *path.surface);
-    return;
+    return false;
   }
   if (surface.layered && surface.layers.boundary && !surface.layers.entering && state.in_medium &&
       path.media.covered(surface.material)) {
     pass_boundary(surface, state, path.media);
     continue_through(ray, surface, path, sink);
-    return;
+    return false;
   }
   if (settings.caustics != Caustics::full) regularize(surface, state, path.sample.sample_index);
+  return true;
+}
+
+template <typename Lights, typename Sink>
+inline void PathStages::scatter_at(const accel::Ray& ray, const accel::Hit& hit, SurfacePoint& surface,
+                                   const SurfaceDraws& sampled, const Lights& lights, const PathInFlight& path,
+                                   Sink& sink) const {
   if (surface.layered) {
+    const PathState& state = path.state;
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
     surface.layers.bsdf.reflection_odds = reflection_odds(ray.direction, surface, state);
     const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
@@ -79,18 +93,22 @@ inline void PathStages::shade_hit(const accel::Ray& ray, const accel::Hit& hit, 
 template <typename Lights, typename Sink>
 [[gnu::always_inline]] inline void PathStages::scatter(const accel::Ray& ray, Vertex&& vertex, const Lights& lights,
                                                        const PathInFlight& path, Sink& sink) const {
+  ReusedPath* reused = nullptr;
+  if (shade_vertex(ray, vertex, lights, path, sink, reused)) sample_bounce(vertex, path, sink, reused);
+}
+
+template <typename Lights, typename Sink>
+[[gnu::always_inline]] inline bool PathStages::shade_vertex(const accel::Ray& ray, Vertex& vertex, const Lights& lights,
+                                                            const PathInFlight& path, Sink& sink,
+                                                            ReusedPath*& reused) const {
   const SurfacePoint& surface = vertex.surface;
   const PathState& state = path.state;
   const bool reflects = !state.emission_only;
   guide(vertex.bsdf, surface.position);
   if (sink.records()) vertex.bsdf.find_allowed();
-  ReusedPath* const reused = reused_path(sink, path, vertex, reflects);
-  if (reused) {
-    if (state.bounce == 0)
-      reused->note_first(vertex, -ray.direction, state);
-    else
-      reused->note_second(vertex);
-  }
+  reused =
+      reused_path(sink, path, surface, [&] { return is_mirror(vertex.bsdf.bsdf().smooth_share(kMinSharedAlpha)); });
+  if (reused) reused->note(surface, -ray.direction, state);
   vertex.environment_left = leaves_environment(vertex, state);
   if (reflects) add_lights(vertex, lights, path, sink, reused);
   if constexpr (Sink::kManifolds) {
@@ -101,7 +119,7 @@ template <typename Lights, typename Sink>
   // either scatters from it or passes through.
   if ((surface.alpha < 1.0f || surface.has_thin_wall()) && passes_through(vertex, path)) {
     continue_through(ray, surface, path, sink);
-    return;
+    return false;
   }
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
@@ -109,22 +127,23 @@ template <typename Lights, typename Sink>
     const float radius2 = find_light_path_scale(ray, vertex, path);
     if (reflects && radius2 > 0.0f) sink.gather_photons(vertex, path, radius2);
   }
-  if (reflects) sample_bounce(vertex, path, sink, reused);
+  return reflects;
 }
 
 // Returns the record of a path that is shared, at its first surface and at the second one, if
 // others can be joined to it there; else null. First surfaces that are mostly mirrors find nothing
 // that others do, and are left out. What is behind a partly transparent surface or a thin wall is
 // not shared.
-template <typename Sink>
-inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path, const Vertex& vertex, bool reflects) {
+template <typename Sink, typename IsMirror>
+inline ReusedPath* PathStages::reused_path(Sink& sink, const PathInFlight& path, const SurfacePoint& surface,
+                                           const IsMirror& is_mirror_here) {
   if constexpr (Sink::kReuses) {
     const PathState& state = path.state;
-    if (!reflects || state.bounce > 1 || state.in_medium || vertex.layers || vertex.surface.alpha < 1.0f)
+    if (state.emission_only || state.bounce > 1 || state.in_medium || surface.layered || surface.alpha < 1.0f)
       return nullptr;
     ReusedPath* const reused = sink.reused(path);
     if (!reused) return nullptr;
-    if (state.bounce == 0) return vertex.bsdf.bsdf().smooth_share(kMinSharedAlpha) < 0.5f ? reused : nullptr;
+    if (state.bounce == 0) return is_mirror_here() ? nullptr : reused;
     return reused->receives && state.transparent_surfaces == 0 ? reused : nullptr;
   } else {
     return nullptr;
@@ -140,7 +159,7 @@ inline bool is_glass_alone(const PathStages::Vertex& vertex) {
 }
 
 inline bool PathStages::leaves_environment(const Vertex& vertex, const PathState& state) const {
-  if (!(specular_scale > 0.0f && state.specular_cone.spread >= 0.0f)) return false;
+  if (!follows_specular_cone(state)) return false;
   if (!is_glass_alone(vertex) || vertex.surface.layers.entering || !samples_light(vertex.surface)) return false;
   return bundle_covers_lobe(*world, vertex.hit, vertex.surface, vertex.layers->parameters->eta, state.specular_cone,
                             specular_scale);
@@ -152,7 +171,7 @@ inline RayCone PathStages::next_specular_cone(const Vertex& vertex, const Guided
                                               const PathState& state) const {
   const bool narrow = scattered.pdf == 0.0f ||
                       (scattered.lobe != Lobe::diffuse && (scattered.pdf > kNarrowDensity || is_glass_alone(vertex)));
-  if (!narrow || !(specular_scale > 0.0f) || state.specular_cone.spread < 0.0f) return {.spread = -1.0f};
+  if (!narrow || !follows_specular_cone(state)) return {.spread = -1.0f};
   return specular_cone(*world, vertex.hit, vertex.surface, scattered.wi,
                        vertex.layers ? vertex.layers->parameters->eta : 1.0f, state.specular_cone);
 }

@@ -1,0 +1,95 @@
+// Loads eight structs at a time into lanes.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrator/lanes/gathered_vertices.h"
+
+#include <cassert>
+
+namespace kindling {
+namespace {
+
+// The light sample of vertices that have none.
+const LightSample kNoLight{.wi = V3f(0.0f, 0.0f, 1.0f), .distance = kInfinity, .pdf = 1.0f};
+
+// Returns four consecutive floats of each object, from the one that is `offset` bytes behind its
+// start.
+template <typename T>
+std::array<Lanes, 4> columns_at(const std::array<T*, Lanes::kCount>& objects, size_t offset) {
+  assert(offset % sizeof(float) == 0 && offset + 4 * sizeof(float) <= sizeof(T));
+  std::array<const float*, Lanes::kCount> rows;
+  for (size_t i = 0; i < Lanes::kCount; ++i)
+    rows[i] = reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(objects[i]) + offset);
+  return load_columns(rows);
+}
+
+Imath::Vec3<Lanes> vector_of(const std::array<Lanes, 4>& columns) { return {columns[0], columns[1], columns[2]}; }
+
+} // namespace
+
+GatheredVertices::GatheredVertices(const VertexQueue& queue, const PathStages& stages, PathContext& context)
+    : count(queue.count), special(0) {
+  assert(count > 0);
+  for (uint32_t i = 0; i < Lanes::kCount; ++i) {
+    const uint32_t from = std::min(i, count - 1);
+    numbers[i] = queue.numbers[from], members[i] = queue.members[from];
+    rays[i] = &context.rays[numbers[i]];
+    states[i] = &context.states[context.active[numbers[i]]];
+    const SurfacePoint& surface = members[i]->surface;
+    special |= states[i]->in_medium || surface.guarded || surface.alpha < 1.0f ? 1U << i : 0U;
+    has_roulette[i] = states[i]->roulette_bounces() >= stages.settings.roulette_start_bounce ? -1 : 0;
+  }
+  constexpr size_t kSurface = offsetof(ShadeGroup::Member, surface), kBsdf = kSurface + offsetof(SurfacePoint, bsdf);
+  constexpr size_t kDraws = offsetof(ShadeGroup::Member, sampled) + offsetof(SurfaceDraws, draws);
+  const auto place = columns_at(members, kSurface + offsetof(SurfacePoint, position));
+  static_assert(offsetof(SurfacePoint, position_error) == offsetof(SurfacePoint, position) + 3 * sizeof(float));
+  const auto geometric = columns_at(members, kSurface + offsetof(SurfacePoint, geometric_normal));
+  const auto shading = columns_at(members, kSurface + offsetof(SurfacePoint, shading_normal));
+  const auto base = columns_at(members, kBsdf + offsetof(BsdfParameters, base_color));
+  static_assert(offsetof(BsdfParameters, metallic) == offsetof(BsdfParameters, base_color) + 3 * sizeof(float));
+  const auto others = columns_at(members, kBsdf + offsetof(BsdfParameters, roughness));
+  static_assert(offsetof(BsdfParameters, ior) == offsetof(BsdfParameters, roughness) + sizeof(float));
+  const auto tint = columns_at(members, kBsdf + offsetof(BsdfParameters, specular));
+  static_assert(offsetof(BsdfParameters, specular_color) == offsetof(BsdfParameters, specular) + sizeof(float));
+  const auto first_draws = columns_at(members, kDraws + offsetof(BounceDraws, choice));
+  static_assert(offsetof(BounceDraws, direction) == offsetof(BounceDraws, choice) + 2 * sizeof(float));
+  const auto more_draws = columns_at(members, kDraws + offsetof(BounceDraws, light));
+  static_assert(offsetof(BounceDraws, roulette) == offsetof(BounceDraws, light) + 2 * sizeof(float));
+  const auto ray = columns_at(rays, offsetof(accel::Ray, direction));
+  const auto arriving = columns_at(states, offsetof(PathState, throughput));
+  const auto cone = columns_at(states, offsetof(PathState, cone));
+  static_assert(offsetof(PathState, guiding) == offsetof(PathState, cone) + 2 * sizeof(float));
+
+  position = vector_of(place);
+  position_error = place[3];
+  normal = vector_of(geometric);
+  frame = FrameOf<Lanes>::around(vector_of(shading));
+  parameters = {vector_of(base), base[3], others[0], others[1], tint[0], {tint[1], tint[2], tint[3]}};
+  wo = frame.to_local(-vector_of(ray));
+  throughput = vector_of(arriving);
+  spread = cone[1], guiding = cone[2];
+  choice = first_draws[1];
+  direction_draws = {first_draws[2], first_draws[3]};
+  roulette = more_draws[2];
+}
+
+GatheredLights::GatheredLights(const GatheredVertices& vertices, const ShadeGroup& group, uint32_t number) {
+  std::array<const LightSample*, Lanes::kCount> lights;
+  for (uint32_t i = 0; i < Lanes::kCount; ++i) {
+    const ShadeGroup::Member& member = *vertices.members[i];
+    const std::optional<LightSample>* const light =
+        number < member.light_count ? &group.lights[member.first_light + number] : nullptr;
+    const bool is_there = light && *light;
+    lights[i] = is_there ? &**light : &kNoLight;
+    there |= is_there ? 1U << i : 0U;
+    is_delta[i] = lights[i]->delta ? -1 : 0;
+    is_environment[i] = lights[i]->kind == LightKind::environment ? -1 : 0;
+  }
+  const auto place = columns_at(lights, offsetof(LightSample, wi));
+  static_assert(offsetof(LightSample, distance) == offsetof(LightSample, wi) + 3 * sizeof(float));
+  const auto light = columns_at(lights, offsetof(LightSample, radiance));
+  static_assert(offsetof(LightSample, pdf) == offsetof(LightSample, radiance) + 3 * sizeof(float));
+  wi = vector_of(place), distance = place[3];
+  radiance = vector_of(light), pdf = light[3];
+  normal = vector_of(columns_at(lights, offsetof(LightSample, normal)));
+}
+
+} // namespace kindling

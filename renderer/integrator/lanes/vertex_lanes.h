@@ -1,0 +1,205 @@
+// Shading of vertices without layers, eight at a time in lanes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "renderer/base/lanes.h"
+#include "renderer/integrator/lanes/gathered_vertices.h"
+#include "renderer/integrator/stages/shade_path.h"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <new>
+
+namespace kindling {
+
+// Collects vertices while a group is shaded. Their BSDFs are set up and their next directions drawn
+// in lanes; so are their light samples, where nothing but weights concerns them. All results have
+// the bits of PathStages::scatter_at().
+template <typename Sink>
+class VertexLanes {
+ public:
+  // All are borrowed. `context` has the group.
+  VertexLanes(const PathStages& stages, PathContext& context, Sink& sink)
+      : stages_(stages), context_(context), sink_(sink),
+        is_alone_(Sink::kSplits || sink.records() || stages.light_paths || stages.manifolds),
+        draws_alone_(Sink::kSplits || sink.records() || stages.light_paths),
+        prepares_(context.reuses() || stages.guides_directions()) {}
+
+  // Takes the active path `number` of the batch, a `member` of the group that is scattered at its
+  // surface.
+  void take(size_t number, ShadeGroup::Member& member) {
+    const bool lambertian = is_lambertian(member.surface.bsdf);
+    if (member.surface.layered || (is_alone_ && (lambertian || draws_alone_))) {
+      shade_alone(static_cast<uint32_t>(number), member);
+      return;
+    }
+    const bool first = context_.states[context_.active[number]].bounce == 0;
+    VertexQueue& queue = queues_[(lambertian ? 2 : 0) + (first ? 1 : 0)];
+    queue.add(number, member);
+    if (queue.count == Lanes::kCount) shade(queue);
+  }
+  // Shades those that are left.
+  void finish() {
+    for (VertexQueue& queue : queues_) {
+      if (queue.count >= kMinEvalsTogether) {
+        shade(queue);
+        continue;
+      }
+      for (uint32_t i = 0; i < queue.count; ++i) shade_alone(queue.numbers[i], *queue.members[i]);
+      queue.count = 0;
+    }
+  }
+
+ private:
+  using Vectors = Imath::Vec3<Lanes>;
+  using Bsdf = GltfBsdfOf<Lanes>;
+  // Properties of the BSDFs that guides and path reuse depend on.
+  struct Lobes {
+    Lanes smooth, glossy, alpha;
+  };
+
+  void shade_alone(uint32_t number, ShadeGroup::Member& member) {
+    const PathInFlight path = context_.path_at(context_.active[number]);
+    stages_.scatter_at(context_.rays[number], context_.hits[number], member.surface, member.sampled,
+                       context_.group.lights_of(member), path, sink_);
+  }
+
+  // True if a first surface is to be recorded where the path is.
+  [[nodiscard]] bool records_surface(const GatheredVertices& v, uint32_t lane) const {
+    if (context_.surfaces.empty()) return false;
+    return v.states[lane]->bounce == 0 || !context_.surfaces[context_.active[v.numbers[lane]]].guide_found;
+  }
+
+  void shade(VertexQueue& queue);
+  // Adds the light samples of one vertex. True: its next direction is to be drawn.
+  bool light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
+  // Notes how a vertex is reused and guided.
+  void prepare(const GatheredVertices& v, uint32_t lane, const Lobes& lobes);
+
+  // Steps of shade(); `lanes` has a bit for each vertex that they concern. add_lights() adds light
+  // samples and reflection samples, as PathStages::add_lights() for weights alone (light_lanes.h).
+  // counts_of() returns how many a queue's vertices have: all are first surfaces, or none is.
+  [[nodiscard]] PathStages::DirectCounts counts_of(const PathState& state, const Bsdf& bsdf) const;
+  void add_lights(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts, uint32_t lanes);
+  [[nodiscard]] GatheredLights reflected_lights(const GatheredVertices& v, const Bsdf& bsdf, uint32_t number,
+                                                uint32_t lanes) const;
+  void light_up(const LaneNumbers& probabilities, GatheredLights& reflected) const;
+  void weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
+             const GatheredLights& lights, bool reflected, uint32_t lanes, ShadowLanes& shadows) const;
+  void add_shadow(const GatheredVertices& v, uint32_t lane, uint32_t number, const ShadowLanes& shadows);
+  // Returns the densities of some lanes as their guides mix them; 0 stays.
+  [[nodiscard]] Lanes mixed(const Lanes& pdf, const Lanes& cosine, const Vectors& wi, uint32_t lanes) const;
+
+  // scatter() samples the next directions, as PathStages::sample_bounce() (bounce_lanes.h).
+  struct Scattered {
+    LaneMask found, glossy; // else diffuse
+    Vectors wi, weight;
+    Lanes pdf, bsdf_pdf, reflection_pdf; // bsdf_pdf: without the guide
+  };
+  void scatter(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts, uint32_t lanes);
+  [[nodiscard]] Scattered draw(const GatheredVertices& v, const Bsdf& bsdf, uint32_t lanes) const;
+  // Replaces the directions of some lanes by those of the guide.
+  void follow(const GatheredVertices& v, const Bsdf& bsdf, const Vectors& wi, uint32_t lanes, Scattered& result) const;
+  // Notes the directions in the records of shared paths and of first surfaces.
+  void note_directions(const GatheredVertices& v, const Scattered& drawn, uint32_t lanes);
+  // Continues a path. `ray` has the first half of the next ray; `scattered`: throughput, density,
+  // density for light samples, ratio of reflection samples, spread, guiding.
+  void extend(const GatheredVertices& v, uint32_t lane, const float* ray, const float* scattered, Lobe lobe);
+
+  // Rays as their first eight floats, and completed.
+  [[nodiscard]] static LaneRows first_halves(const Vectors& origin, const Vectors& direction, const Lanes& length) {
+    Lanes columns[Lanes::kCount] = {origin.x, origin.y, origin.z, 0.0f, direction.x, direction.y, direction.z, length};
+    LaneRows rows;
+    rows.store_columns(columns);
+    return rows;
+  }
+  [[nodiscard]] static accel::Ray ray_of(const float* half, uint32_t key, float time, uint32_t index, uint32_t flags) {
+    return {.origin = {half[0], half[1], half[2]},
+            .t_min = half[3],
+            .direction = {half[4], half[5], half[6]},
+            .t_max = half[7],
+            .key = key,
+            .time = time,
+            .index = index,
+            .flags = flags};
+  }
+
+  const PathStages& stages_;
+  PathContext& context_;
+  Sink& sink_;
+  bool is_alone_, draws_alone_, prepares_;
+  std::array<VertexQueue, 4> queues_; // with microfacets or Lambertian, each: later surfaces, first ones
+  // For the queue that is being shaded, lane by lane.
+  GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
+  LaneMask shared_first_, shared_second_;        // their first and second surfaces
+  union {
+    GatheredVertices::Each<GuideMixture> guides_; // set where they are guided, and else not cleared
+  };
+  uint32_t guided_ = 0; // a bit for each that is
+};
+
+template <typename Sink>
+void VertexLanes<Sink>::shade(VertexQueue& queue) {
+  const GatheredVertices v(queue, stages_, context_);
+  queue.count = 0;
+  const Bsdf bsdf(v.parameters, v.wo);
+  const PathStages::DirectCounts counts = counts_of(*v.states[0], bsdf); // before a path leaves its first surface
+  const uint32_t all = (1U << v.count) - 1U;
+  uint32_t alone = is_alone_ ? all : v.special & all;
+  for (uint32_t lane = 0; lane < v.count; ++lane) alone |= records_surface(v, lane) ? 1U << lane : 0U;
+  uint32_t drawn = all; // those whose next direction is drawn in lanes
+  guided_ = 0;
+  shared_first_ = shared_second_ = LaneMask{};
+  if (alone != 0 || prepares_) {
+    const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.glossy_probability(), bsdf.alpha()};
+    for (uint32_t lane = 0; lane < v.count; ++lane) {
+      const bool first = v.states[lane]->bounce == 0;
+      if (((alone >> lane) & 1U) == 0)
+        prepare(v, lane, lobes);
+      else if (!light_alone(v, lane, bsdf))
+        drawn &= ~(1U << lane);
+      if (reused_[lane]) (first ? shared_first_ : shared_second_)[lane] = -1;
+    }
+  }
+  if (alone != all) add_lights(v, bsdf, counts, all & ~alone);
+  if (drawn != 0) scatter(v, bsdf, counts, drawn);
+}
+
+template <typename Sink>
+void VertexLanes<Sink>::prepare(const GatheredVertices& v, uint32_t lane, const Lobes& lobes) {
+  const SurfacePoint& surface = v.members[lane]->surface;
+  const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
+  reused_[lane] = PathStages::reused_path(sink_, path, surface, [&] { return is_mirror(lobes.smooth[lane]); });
+  if (reused_[lane]) reused_[lane]->note(surface, -v.rays[lane]->direction, path.state);
+  if (!stages_.guides_directions()) return;
+  new (&guides_[lane]) GuideMixture; // not cleared
+  stages_.guide(guides_[lane], surface.position, surface.shading_normal,
+                GuidableLobes{lobes.glossy[lane], lobes.alpha[lane]});
+  if (guides_[lane].is_guided()) guided_ |= 1U << lane;
+}
+
+template <typename Sink>
+bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf) {
+  const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
+  const ShadeGroup::Member& member = *v.members[lane];
+  const Frame frame{lane_of(v.frame.tangent, lane), lane_of(v.frame.bitangent, lane), lane_of(v.frame.normal, lane)};
+  PathStages::Vertex vertex{member.surface,
+                            context_.hits[v.numbers[lane]],
+                            frame,
+                            GuidedBsdf(bsdf.lane(lane), frame),
+                            v.rays[lane]->time,
+                            member.sampled,
+                            nullptr};
+  ReusedPath*& reused = reused_[lane];
+  if (!stages_.shade_vertex(*v.rays[lane], vertex, context_.group.lights_of(member), path, sink_, reused)) return false;
+  if (!draws_alone_ && !vertex.bsdf.is_guided()) return true;
+  stages_.sample_bounce(vertex, path, sink_, reused);
+  return false;
+}
+
+} // namespace kindling
+
+#include "renderer/integrator/lanes/bounce_lanes.h"
+#include "renderer/integrator/lanes/light_lanes.h"

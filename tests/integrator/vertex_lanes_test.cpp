@@ -1,0 +1,109 @@
+// Surfaces that are shaded eight at a time give paths the bits of surfaces that are shaded alone.
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/guiding/guide.h"
+#include "tests/integrator/test_scenes.h"
+#include "tests/session/same_bits.h"
+
+namespace kindling::test {
+namespace {
+
+// Lambertian and glossy surfaces, mirrors and a coat in turn, so that every group of paths has some
+// of each; a veil, a lamp that reflects, and lights without a size.
+std::unique_ptr<const World> colorful_world() {
+  Material plastic = glossy_material(Rgb(0.2f, 0.5f, 0.8f), 0.35f),
+           half_metal = metal_material(Rgb(0.9f, 0.7f, 0.3f), 0.2f);
+  half_metal.metallic_factor = 0.6f;
+  Material coated = diffuse_material(Rgb(0.6f, 0.1f, 0.1f));
+  coated.clearcoat_factor = 1.0f;
+  Material veil = diffuse_material(Rgb(0.2f, 0.4f, 0.8f));
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  const std::vector<Material> materials{diffuse_material(Rgb(0.7f)),
+                                        plastic,
+                                        half_metal,
+                                        coated,
+                                        metal_material(Rgb(0.9f), 0.05f),
+                                        veil,
+                                        emissive_material(Rgb(4.0f, 3.0f, 2.0f), Rgb(0.5f))};
+  std::vector<Primitive> primitives{quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
+                                    quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 6),
+                                    quad(V3f(0, -1, 1.5f), V3f(1, 0, 0), V3f(0, 1.5f, 0), 5)};
+  for (int i = 0; i < 25; ++i)
+    primitives.push_back(
+        sphere(V3f(-2.0f + static_cast<float>(i % 5), -0.6f, -2.0f + static_cast<float>(i / 5)), 0.45f, 16, i % 5));
+  Scene scene = make_scene(materials, std::move(primitives));
+  scene.lights.emplace_back();
+  scene.nodes[0].light = 0;
+  return make_world(std::move(scene), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f, 0.4f, 0.6f)));
+}
+
+constexpr V2i kLanesImage(16, 8);
+constexpr uint32_t kSamplesInLanes = 8;
+
+struct Variant {
+  IntegratorSettings settings;
+  AovSet aovs;
+  const Guide* guide = nullptr;
+};
+
+// `alone`: in batches of one sample of one pixel, whose surfaces have no company.
+Film film_in_lanes(const World& world, const Variant& variant, bool alone) {
+  const Camera camera(SceneCamera{}, look_at(V3f(1, 1.5f, 5), V3f(0, -0.5f, 0)), kLanesImage);
+  const Sampler sampler(3);
+  const PixelFilter filter;
+  const auto integrator =
+      make_integrator(variant.settings, world, camera, sampler, filter, variant.aovs, variant.guide);
+  const auto context = integrator->make_context();
+  Film film(kLanesImage, PixelRect{V2i(0), kLanesImage}, variant.aovs);
+  if (!alone) {
+    for (int x = 0; x < kLanesImage.x; x += 8)
+      integrator->render_block({V2i(x, 0), V2i(x + 8, 8)}, {0, kSamplesInLanes}, *context, film);
+    return film;
+  }
+  for (int y = 0; y < kLanesImage.y; ++y)
+    for (int x = 0; x < kLanesImage.x; ++x)
+      for (uint32_t sample = 0; sample < kSamplesInLanes; ++sample)
+        integrator->render_block({V2i(x, y), V2i(x + 1, y + 1)}, {sample, sample + 1}, *context, film);
+  return film;
+}
+
+void expect_alone_as_together(const Variant& variant, const char* words) {
+  const auto world = colorful_world();
+  expect_same_bits(film_in_lanes(*world, variant, false), film_in_lanes(*world, variant, true), words);
+}
+
+TEST(VertexLanes, OneLightSample) {
+  expect_alone_as_together({}, "one light sample");
+  Variant variant;
+  variant.settings.roulette_start_bounce = 1;
+  expect_alone_as_together(variant, "early roulette");
+  for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);
+  expect_alone_as_together(variant, "AOVs");
+  variant.settings.caustics = Caustics::regularized;
+  expect_alone_as_together(variant, "regularized caustics");
+}
+
+TEST(VertexLanes, SeveralLightSamplesAndReflectionSamples) {
+  for (const int lights : {1, 2, 5, kMaxDirectSamples})
+    for (const int reflections : {0, 1, kMaxReflectionSamples}) {
+      Variant variant;
+      variant.settings.direct_samples = lights;
+      variant.settings.reflection_samples = reflections;
+      expect_alone_as_together(variant, "several samples");
+    }
+}
+
+TEST(VertexLanes, GuidedToPatches) {
+  const BrightPatch above{V3f(0, 3, 0), V3f(1, 0, 1), 3, 10.0f};
+  const Guide guide{BrightPatches(std::span(&above, 1)), {}};
+  for (const int lights : {1, 4}) {
+    Variant variant;
+    variant.guide = &guide;
+    variant.settings.direct_samples = lights;
+    variant.settings.reflection_samples = lights / 2;
+    expect_alone_as_together(variant, "patches");
+  }
+}
+
+} // namespace
+} // namespace kindling::test
