@@ -168,8 +168,8 @@ BsdfEval LayeredBsdf::eval(const V3f& wi) const {
 
 void LayeredBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const {
 #if !KINDLING_ON_GPU
-  const Imath::Vec3<Lanes> directions = wi.size() >= kMinEvalsTogether ? wi.lanes() : Imath::Vec3<Lanes>(Lanes(0.0f));
-  if (any(directions.z > 0.0f)) {
+  if (wi.size() >= kMinEvalsTogether && any(wi.lanes().z > 0.0f)) {
+    const Imath::Vec3<Lanes> directions = wi.lanes();
     BsdfEvalOf<Lanes> result = eval_opaque_above(directions);
     if (glass_ && !glass_->is_delta()) {
       const BsdfEvalOf<Lanes> glass = glass_->eval_reflected(directions);

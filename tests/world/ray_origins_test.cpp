@@ -235,7 +235,7 @@ TEST(RayOrigins, ArePlainOffsetsWhereNothingIsInTheWay) {
     }
 }
 
-// Of every fourth light the distance is infinite; some points lie on the light.
+// A quarter of the lights are infinitely far away; the distance of some others is zero.
 TEST(RayOrigins, EightHaveTheBitsOfEach) {
   Numbers u;
   const auto vector = [&u] { return V3f(u.between(-1, 1), u.between(-1, 1), u.between(-1, 1)); };

@@ -23,15 +23,14 @@ class VertexLanes {
   // All are borrowed. `context` has the group.
   VertexLanes(const PathStages& stages, PathContext& context, Sink& sink)
       : stages_(stages), context_(context), sink_(sink),
-        is_alone_(Sink::kSplits || sink.records() || stages.light_paths || stages.manifolds),
-        draws_alone_(Sink::kSplits || sink.records() || stages.light_paths),
+        is_alone_(Sink::kSplits || sink.records() || stages.light_paths), lights_alone_(is_alone_ || stages.manifolds),
         prepares_(context.reuses() || stages.guides_directions()) {}
 
   // Takes the active path `number` of the batch, a `member` of the group that is scattered at its
   // surface.
   void take(size_t number, ShadeGroup::Member& member) {
     const bool lambertian = is_lambertian(member.surface.bsdf);
-    if (member.surface.layered || (is_alone_ && (lambertian || draws_alone_))) {
+    if (member.surface.layered || is_alone_ || (lights_alone_ && lambertian)) {
       shade_alone(static_cast<uint32_t>(number), member);
       return;
     }
@@ -129,7 +128,9 @@ class VertexLanes {
   const PathStages& stages_;
   PathContext& context_;
   Sink& sink_;
-  bool is_alone_, draws_alone_, prepares_;
+  bool is_alone_;                     // nothing is shaded in lanes
+  bool lights_alone_;                 // the light samples of no vertex are found in lanes
+  bool prepares_;                     // paths are shared, or directions guided
   std::array<VertexQueue, 4> queues_; // with microfacets or Lambertian, each: later surfaces, first ones
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
@@ -147,7 +148,7 @@ void VertexLanes<Sink>::shade(VertexQueue& queue) {
   const Bsdf bsdf(v.parameters, v.wo);
   const PathStages::DirectCounts counts = counts_of(*v.states[0], bsdf); // before a path leaves its first surface
   const uint32_t all = (1U << v.count) - 1U;
-  uint32_t alone = is_alone_ ? all : v.special & all;
+  uint32_t alone = lights_alone_ ? all : v.special & all;
   for (uint32_t lane = 0; lane < v.count; ++lane) alone |= records_surface(v, lane) ? 1U << lane : 0U;
   uint32_t drawn = all; // those whose next direction is drawn in lanes
   guided_ = 0;
@@ -194,7 +195,7 @@ bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, co
                             nullptr};
   ReusedPath*& reused = reused_[lane];
   if (!stages_.shade_vertex(*v.rays[lane], vertex, context_.group.lights_of(member), path, sink_, reused)) return false;
-  if (!draws_alone_ && !vertex.bsdf.is_guided()) return true;
+  if (!vertex.bsdf.is_guided()) return true;
   stages_.sample_bounce(vertex, path, sink_, reused);
   return false;
 }
