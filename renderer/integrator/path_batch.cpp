@@ -98,6 +98,7 @@ void PathIntegrator::start_paths(size_t count, PathContext& context) const {
 
 void PathIntegrator::trace_camera_rays(std::span<const PixelRect> blocks, const SampleRange& samples,
                                        PathContext& context) const {
+  if (context.traces_parts) return trace_together(context);
   context.hits.resize(context.rays.size());
   size_t first = 0;
   for (const PixelRect& block : blocks) {
@@ -110,7 +111,7 @@ void PathIntegrator::trace_camera_rays(std::span<const PixelRect> blocks, const 
 }
 
 // Which samples a batch has depends on how levels are divided, so its groups must not matter.
-void PathIntegrator::trace_listed(PathContext& context) const {
+void PathIntegrator::trace_together(PathContext& context) const {
   constexpr size_t kGroup = kBlockSize * kBlockSize;
   const size_t count = context.rays.size();
   context.hits.resize(count);

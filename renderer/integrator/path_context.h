@@ -66,6 +66,9 @@ class PathContext final : public ThreadContext {
   std::unique_ptr<PathReuse> reuse;        // null: paths are not shared between pixels
   std::unique_ptr<CaughtPaths> caught;     // null: no shadow catchers
   PathRecorder* recorder = nullptr;        // set while a guide is trained
+  // The camera rays of a part of a block are traced without those of the rest: a pixel may differ
+  // between crops. For pilots.
+  bool traces_parts = false;
   LightPathContext light_paths;
   BatchPhotonMaps photon_maps;                     // of the batch's samples; empty: no photons
   std::vector<GatheredPhoton>* gathered = nullptr; // set while a pilot measures photons

@@ -162,7 +162,7 @@ uint32_t PathIntegrator::render_levels(const PixelRect& block, const SampleRange
     if (!take_photons({first, first + 1}, context)) return first - levels.first;
     list.take(end, context.states.size(), context.listed);
     start_listed(block, context);
-    trace_listed(context);
+    trace_together(context);
     follow(context);
     const bool from_lights = light_paths_ && film.has_splats();
     const SampleRange rendered{first, list.level()};

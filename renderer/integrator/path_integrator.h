@@ -61,7 +61,7 @@ class PathIntegrator final : public Integrator {
   void start_listed(const PixelRect& block, PathContext& context) const;
   void start_paths(size_t count, PathContext& context) const; // whose camera samples and rays are there
   void trace_camera_rays(std::span<const PixelRect> blocks, const SampleRange& samples, PathContext& context) const;
-  void trace_listed(PathContext& context) const;
+  void trace_together(PathContext& context) const; // the camera rays, whatever blocks they belong to
   void shade(PathContext& context) const;
   void shade_split(PathContext& context) const; // the same with SplittingSink (split_paths.cpp)
   // `first_surfaces`: of the paths, which have several light samples each if any have.

@@ -12,11 +12,13 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace kindling {
 
 struct Guide;
+class PathIntegrator;
 
 // The render that a pilot of samples is for.
 struct SamplePilotSettings {
@@ -51,9 +53,9 @@ struct NoiseBlocks {
   uint32_t samples = 0;
   size_t settings = 2;    // at most kMaxNoiseSettings
   double trimmed = 0.005; // share of the pixels that do not count: fireflies
-  double floor = 0.1;     // of the image's mean luminance: below, the absolute error counts
-  // The last setting has photons. They are noted, and errors are relative to its blocks, which have
-  // fewer sparkles.
+  double floor = 0.1;     // of the image's mean: below, the absolute error counts
+  // The last setting has photons. They are noted, and errors are those of luminance, relative to
+  // its blocks, which have fewer sparkles.
   bool notes_photons = false;
 
   [[nodiscard]] uint64_t paths_per_block() const {
@@ -70,8 +72,8 @@ struct RayCosts {
 // of 22 scenes.
 inline constexpr RayCosts kSampleRayCosts{.camera = 1.0, .bounce = 3.0, .shadow = 1.0};
 
-// Squared relative errors of the settings, summed over the same pixels: of all light, of light that
-// was reflected once or not at all, and of the rest.
+// Squared relative errors of the settings, the means of the channels, summed over the same pixels:
+// of all light, of light that was reflected once or not at all, and of the rest.
 struct NoiseErrors {
   std::array<double, kMaxNoiseSettings> all{}, direct{}, indirect{};
 
@@ -102,16 +104,38 @@ struct MeasuredNoise {
   [[nodiscard]] double more_shadow_rays() const { return std::max(shadow_rays[1] - shadow_rays[0], 0.0); }
 };
 
-// Renders blocks with settings.integrator as `change(_, number)` leaves it, which changes nothing
-// of the paths themselves; photons may be gathered beside them. Blocks that sample no light, the
-// background, are rendered once and do not count. All settings have the same paths, so their
-// differences in noise are those of the changes. Adds its cost to `choice`.
-//
-// A function of world, camera and settings: threads do not change it. Runs on the threads of the
-// current TBB arena. `stopped` is polled between blocks and may be empty.
-[[nodiscard]] MeasuredNoise measure_noise(const World& world, const Camera& camera, const SamplePilotSettings& settings,
-                                          const NoiseBlocks& blocks,
-                                          const std::function<void(IntegratorSettings&, size_t)>& change,
-                                          const std::function<bool()>& stopped, SampleChoice& choice);
+// Measures the noise of several settings: settings.integrator as `change(_, number)` leaves it,
+// which changes nothing of the paths themselves; photons may be gathered beside them. All settings
+// have the same paths, so their differences in noise are those of the changes. `stopped` is polled
+// between blocks and may be empty. Borrows all but `blocks` and `change`.
+class NoiseSurvey {
+ public:
+  static constexpr size_t kRuns = 2; // independent renders of a block
+  using Change = std::function<void(IntegratorSettings&, size_t)>;
+  NoiseSurvey(const World& world, const Camera& camera, const SamplePilotSettings& settings, const NoiseBlocks& blocks,
+              Change change, const std::function<bool()>& stopped);
+  ~NoiseSurvey();
+
+  // Renders blocks all over the image by about so many paths. Those that sample no light, the
+  // background, are rendered once and do not count. Adds its cost to `choice`. Calls with other
+  // numbers of paths have other blocks for the most part; photons are traced by the first call.
+  //
+  // A function of world, camera, settings and paths: threads do not change it. Runs on the threads
+  // of the current TBB arena.
+  [[nodiscard]] MeasuredNoise measure(uint64_t paths, SampleChoice& choice);
+
+ private:
+  class Part;
+
+  [[nodiscard]] const PathIntegrator& integrator_of(size_t setting, size_t run);
+
+  const World& world_;
+  const Camera& camera_;
+  const SamplePilotSettings& settings_;
+  NoiseBlocks blocks_;
+  Change change_;
+  const std::function<bool()>& stopped_;
+  std::array<std::array<std::unique_ptr<const PathIntegrator>, kRuns>, kMaxNoiseSettings> integrators_; // once used
+};
 
 } // namespace kindling

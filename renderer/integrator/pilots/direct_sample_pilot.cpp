@@ -20,8 +20,8 @@ constexpr int kSide = 2; // of a block, in pixels: many small blocks see more of
 constexpr double kTrimmed = 0.005;
 constexpr int kMeasuredReflections = 2;
 // A reflection sample costs as much as so many light samples: its shadow ray is alone, and its
-// texels are not in the caches. Fitted to times of path tracing of 22 scenes.
-constexpr double kReflectionCost = 1.5;
+// texels are not in the caches. Fitted to times of path tracing of 24 scenes.
+constexpr double kReflectionCost = 1.35;
 // A path's direction finds either a light or a surface, so direct and indirect light have a
 // negative covariance. With more light samples less of the direct light depends on that direction,
 // and this share of the covariance is lost. Fitted to three scenes.
@@ -56,14 +56,15 @@ class DirectSamplePilot {
     const auto shows_noise = [](const MeasuredNoise& measured) {
       return measured.complete && measured.error.all[0] > 0.0;
     };
-    MeasuredNoise measured = measure(settings_.paths / kProbeFraction, choice);
+    NoiseSurvey survey = this->survey();
+    MeasuredNoise measured = survey.measure(settings_.paths / kProbeFraction, choice);
     choice.lit = measured.lit;
     if (shows_noise(measured)) {
       choice.model = model_of(measured);
       if (is_hopeless(choice.model)) return choice;
     }
     const uint64_t left = settings_.paths - settings_.paths / kProbeFraction;
-    measured.add(measure(paths_beside_background(left, measured.lit), choice));
+    measured.add(survey.measure(paths_beside_background(left, measured.lit), choice));
     if (!shows_noise(measured)) return choice;
     choice.model = model_of(measured);
     choice.complete = true;
@@ -75,22 +76,20 @@ class DirectSamplePilot {
   }
 
  private:
-  // Measures whole paths with the given numbers, then direct light alone with more samples: light
-  // of later bounces is the same, and its noise would hide what they take away.
-  [[nodiscard]] MeasuredNoise measure(uint64_t paths, DirectSampleChoice& choice) const {
+  // Returns a survey of whole paths with the given numbers, then of direct light alone with more
+  // samples: light of later bounces is the same, and its noise would hide what they take away.
+  [[nodiscard]] NoiseSurvey survey() const {
     // Paths that are shared between pixels are followed in whole blocks.
     const int side = settings_.integrator.path_reuse > 1 ? kBlockSize : kSide;
     const NoiseBlocks blocks{side, kSamples, measured_counts_.size(), kTrimmed};
-    const auto change = [&](IntegratorSettings& integrator, size_t setting) {
+    const auto change = [this](IntegratorSettings& integrator, size_t setting) {
       integrator.direct_samples = measured_counts_[setting].lights;
       integrator.reflection_samples = measured_counts_[setting].reflections;
       if (setting == 0) return;
       integrator.max_bounces = integrator.max_transmission_bounces = 0;
       integrator.path_reuse = 1; // of later bounces
     };
-    SamplePilotSettings settings = settings_;
-    settings.paths = paths;
-    return measure_noise(world_, camera_, settings, blocks, change, stopped_, choice);
+    return {world_, camera_, settings_, blocks, change, stopped_};
   }
 
   // Returns whether too little noise is found that more light samples would take away.
@@ -111,10 +110,10 @@ class DirectSamplePilot {
       BlockShares& block = blocks.emplace_back(BlockShares{.all = errors.all[0]});
       if (open_.lights)
         block.lights = (errors.direct[0] - errors.direct[1] + kLostCovariance * errors.twice_covariance(0)) /
-                       (1.0 - 1.0 / kMeasuredDirectSamples);
+                       (1.0 - noise_of_samples(kMeasuredDirectSamples));
       if (open_.reflections)
         block.reflections = (errors.direct[last_of_lights] - errors.direct[last_of_lights + 1]) /
-                            (1.0 - 1.0 / (1 + kMeasuredReflections));
+                            (1.0 - noise_of_samples(1 + kMeasuredReflections));
     }
     const NoiseShares shares = likely_shares(blocks, open_.lights, open_.reflections);
     const NoiseErrors& errors = measured.error;

@@ -29,8 +29,11 @@ template <typename Trace>
 [[nodiscard]] PilotWork run_pilot_tasks(const PathIntegrator& integrator, const World& world,
                                         const std::function<bool()>& stopped, size_t count, const Trace& trace) {
   using Clock = std::chrono::steady_clock;
-  tbb::enumerable_thread_specific<std::unique_ptr<PathContext>> contexts(
-      [&] { return integrator.make_path_context(); });
+  tbb::enumerable_thread_specific<std::unique_ptr<PathContext>> contexts([&] {
+    std::unique_ptr<PathContext> context = integrator.make_path_context();
+    context->traces_parts = true;
+    return context;
+  });
   std::atomic<bool> complete{true};
   std::atomic<double> busy_s{0.0};
   tbb::parallel_for(size_t{0}, count, [&](size_t task) {

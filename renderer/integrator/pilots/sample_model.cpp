@@ -6,6 +6,7 @@
 #include "renderer/integrator/path_reuse.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kindling {
 namespace {
@@ -38,19 +39,18 @@ struct Best {
   void try_pixels(int pixels, const OpenCounts& open, double max_product) {
     const SampleCounts& first = model.first;
     if (!open.lights) return try_lights(first.lights, first.lights, open, pixels, max_product);
-    try_lights(first.lights, kMeasuredDirectSamples, open, pixels, max_product);
-    try_lights(kMeasuredDirectSamples + 1, kMaxChosenDirectSamples, open, pixels,
-               std::min(max_product, product / kMinUnmeasuredGain));
+    try_lights(first.lights, kMaxChosenDirectSamples, open, pixels, max_product);
   }
 };
 
 } // namespace
 
+double noise_of_samples(int count) { return std::pow(static_cast<double>(count), -kSampleExponent); }
+
 double SampleModel::error(const SampleCounts& counts) const {
-  const auto removed = [](double part, int from, int to) { return part * (1.0 / from - 1.0 / to); };
-  return 1.0 - removed(of_lights, first.lights, counts.lights) -
-         removed(of_reflections, 1 + first.reflections, 1 + counts.reflections) -
-         removed(of_sharing, first.pixels, counts.pixels);
+  return 1.0 - of_lights * (noise_of_samples(first.lights) - noise_of_samples(counts.lights)) -
+         of_reflections * (noise_of_samples(1 + first.reflections) - noise_of_samples(1 + counts.reflections)) -
+         of_sharing * (1.0 / first.pixels - 1.0 / counts.pixels);
 }
 
 double SampleModel::cost(const SampleCounts& counts) const {
