@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/pilots/sample_model.h"
 
+#include "renderer/base/elementary.h"
 #include "renderer/integrator/integrator_settings.h"
 #include "renderer/integrator/path_reuse.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kindling {
 namespace {
@@ -45,7 +45,10 @@ struct Best {
 
 } // namespace
 
-double noise_of_samples(int count) { return std::pow(static_cast<double>(count), -kSampleExponent); }
+// Not by the C library, whose last bits differ between machines.
+double noise_of_samples(int count) {
+  return static_cast<double>(elementary::pow(static_cast<float>(count), -kSampleExponent));
+}
 
 double SampleModel::error(const SampleCounts& counts) const {
   return 1.0 - of_lights * (noise_of_samples(first.lights) - noise_of_samples(counts.lights)) -

@@ -21,7 +21,7 @@ struct OpenCounts {
 // they are stratified among each other. On 25 scenes the noise of light samples fell with powers of
 // .65 to 1.75, of 1.2 in the mean.
 [[nodiscard]] double noise_of_samples(int count);
-inline constexpr double kSampleExponent = 1.3;
+inline constexpr float kSampleExponent = 1.3f;
 
 // Noise is a + b n(lights) + s n(1 + reflections) + i / pixels with n = noise_of_samples(), as a
 // path takes one direction itself; the cost rises by the same for each one more. All is relative to
