@@ -11,7 +11,8 @@ namespace {
 
 constexpr OpenCounts kAllOpen{true, true, true};
 
-// Of four samples, the noise is 2^-2.6 times that of one; of two, 2^-1.3 times: as floats.
+// Four samples have 2^-2.6 times the noise of one, and two have 2^-1.3 times. The model rounds
+// these powers to floats.
 TEST(SampleModel, PartsOfTheNoiseFallWithTheirNumbers) {
   constexpr double kRounding = 1e-7;
   const SampleModel model{.of_lights = 0.5, .of_reflections = 0.2, .of_sharing = 0.16};

@@ -21,22 +21,28 @@ std::unique_ptr<const World> colored_world(const Rgb& floor, const Rgb& wall) {
       accel::Kind::kdtree);
 }
 
-MeasuredNoise noise_of(const World& world, uint64_t paths = kPaths) {
-  const Camera camera = glass_camera(kPilotSize);
-  const SamplePilotSettings settings{.integrator = long_render(1).integrator,
-                                     .filter = PixelFilter(PixelFilterOptions{})};
-  const std::function<bool()> never;
-  NoiseSurvey survey(
-      world, camera, settings, kBlocks,
-      [](IntegratorSettings& integrator, size_t setting) { integrator.direct_samples = setting == 0 ? 1 : 8; }, never);
+// A survey of one light sample and of eight.
+struct Survey {
+  std::unique_ptr<const World> world;
+  Camera camera = glass_camera(kPilotSize);
+  SamplePilotSettings settings{.integrator = long_render(1).integrator, .filter = PixelFilter(PixelFilterOptions{})};
+  std::function<bool()> never;
+  NoiseSurvey survey{
+      *world,
+      camera,
+      settings,
+      kBlocks,
+      [](IntegratorSettings& integrator, size_t setting) { integrator.direct_samples = setting == 0 ? 1 : 8; },
+      never};
   SampleChoice choice;
-  return survey.measure(paths, choice);
-}
+
+  MeasuredNoise measure(uint64_t paths = kPaths) { return survey.measure(paths, choice); }
+};
 
 // Diffuse surfaces and white light: paths do not depend on colors, so red and blue change places.
 TEST(NoiseSurvey, EveryChannelCountsAsMuch) {
-  const MeasuredNoise red = noise_of(*colored_world({0.9f, 0.5f, 0.02f}, {0.1f, 0.2f, 0.8f}));
-  const MeasuredNoise blue = noise_of(*colored_world({0.02f, 0.5f, 0.9f}, {0.8f, 0.2f, 0.1f}));
+  const MeasuredNoise red = Survey{colored_world({0.9f, 0.5f, 0.02f}, {0.1f, 0.2f, 0.8f})}.measure();
+  const MeasuredNoise blue = Survey{colored_world({0.02f, 0.5f, 0.9f}, {0.8f, 0.2f, 0.1f})}.measure();
   ASSERT_TRUE(red.complete && blue.complete);
   for (size_t setting = 0; setting < kBlocks.settings; ++setting) {
     EXPECT_GT(red.error.all[setting], 0.0);
@@ -48,22 +54,15 @@ TEST(NoiseSurvey, EveryChannelCountsAsMuch) {
 }
 
 TEST(NoiseSurvey, EveryCallMeasuresTheSame) {
-  const auto world = colored_world({0.9f, 0.5f, 0.02f}, {0.1f, 0.2f, 0.8f});
-  const Camera camera = glass_camera(kPilotSize);
-  const SamplePilotSettings settings{.integrator = long_render(1).integrator,
-                                     .filter = PixelFilter(PixelFilterOptions{})};
-  const std::function<bool()> never;
-  NoiseSurvey survey(
-      *world, camera, settings, kBlocks, [](IntegratorSettings&, size_t) {}, never);
-  SampleChoice choice;
-  const MeasuredNoise first = survey.measure(kPaths, choice);
-  const uint64_t of_first = choice.paths;
+  Survey survey{colored_world({0.9f, 0.5f, 0.02f}, {0.1f, 0.2f, 0.8f})};
+  const MeasuredNoise first = survey.measure();
+  const uint64_t of_first = survey.choice.paths;
   EXPECT_GT(of_first, kPaths / 2);
-  const MeasuredNoise second = survey.measure(kPaths, choice);
+  const MeasuredNoise second = survey.measure();
   EXPECT_EQ(first.error.all, second.error.all);
   EXPECT_EQ(first.camera_rays, second.camera_rays);
-  EXPECT_EQ(choice.paths, 2 * of_first);
-  EXPECT_FALSE(survey.measure(kBlocks.paths_per_block() - 1, choice).complete);
+  EXPECT_EQ(survey.choice.paths, 2 * of_first);
+  EXPECT_FALSE(survey.measure(kBlocks.paths_per_block() - 1).complete);
 }
 
 } // namespace

@@ -56,7 +56,7 @@ class DirectSamplePilot {
     const auto shows_noise = [](const MeasuredNoise& measured) {
       return measured.complete && measured.error.all[0] > 0.0;
     };
-    NoiseSurvey survey = this->survey();
+    NoiseSurvey survey = make_survey();
     MeasuredNoise measured = survey.measure(settings_.paths / kProbeFraction, choice);
     choice.lit = measured.lit;
     if (shows_noise(measured)) {
@@ -78,7 +78,7 @@ class DirectSamplePilot {
  private:
   // Returns a survey of whole paths with the given numbers, then of direct light alone with more
   // samples: light of later bounces is the same, and its noise would hide what they take away.
-  [[nodiscard]] NoiseSurvey survey() const {
+  [[nodiscard]] NoiseSurvey make_survey() const {
     // Paths that are shared between pixels are followed in whole blocks.
     const int side = settings_.integrator.path_reuse > 1 ? kBlockSize : kSide;
     const NoiseBlocks blocks{side, kSamples, measured_counts_.size(), kTrimmed};
