@@ -18,24 +18,18 @@ namespace kindling {
 namespace {
 
 constexpr float kSmoothAlpha = kStraightRoughness * kStraightRoughness;
-// Stands for an infinite index: F0 is 0.9996.
-constexpr float kMaxEta = 1e4f;
 
-float bounded_color(float x) { return std::min(std::max(0.0f, x), 1e6f); }
-Rgb bounded_color(const Rgb& c) { return {bounded_color(c.x), bounded_color(c.y), bounded_color(c.z)}; }
-
-float valid_eta(float eta, bool thin_walled) {
-  if (!(eta > 0.0f)) return kMaxEta;
-  const float bounded = std::min(std::max(eta, 1.0f / kMaxEta), kMaxEta);
-  return thin_walled ? std::max(bounded, 1.0f / bounded) : bounded; // a wall has the same medium on both sides
+float eta_of(const DielectricParameters& parameters) {
+  const float eta = valid_eta(parameters.eta);
+  return parameters.thin_walled ? std::max(eta, 1.0f / eta) : eta; // a wall has the same medium on both sides
 }
 
 } // namespace
 
 DielectricLobe::DielectricLobe(const DielectricParameters& parameters, const V3f& wo)
     : wo_(lifted_above_horizon(wo)), alpha_x_(saturate(parameters.alpha_x)), alpha_y_(saturate(parameters.alpha_y)),
-      eta_(valid_eta(parameters.eta, parameters.thin_walled)), thin_walled_(parameters.thin_walled),
-      fresnel_(eta_, saturate(parameters.specular), bounded_color(parameters.specular_color)),
+      eta_(eta_of(parameters)), thin_walled_(parameters.thin_walled),
+      fresnel_(eta_, saturate(parameters.specular), bounded_color<float>(parameters.specular_color)),
       tint_(saturate(parameters.tint)), reflection_odds_(std::max(parameters.reflection_odds, 1.0f)) {
   if (parameters.iridescence > 0.0f && parameters.film_thickness_nm > 0.0f) {
     iridescence_ = saturate(parameters.iridescence);
@@ -158,40 +152,24 @@ Imath::Vec3<Real> DielectricLobe::film_fresnel(const Real& cos_o, const Real& co
 }
 
 template <typename Real>
-DielectricLobe::SplitOf<Real> DielectricLobe::split(const Real& cos_o, const Real& cos_t) const {
-  const auto total = cos_t < 0.0f;
-  if (all(total)) return {Imath::Vec3<Real>(Real(1.0f)), Imath::Vec3<Real>(Real(0.0f))};
-  const Imath::Vec3<Real> f = fresnel_(dielectric_fresnel(cos_o, cos_t, eta_));
-  const Real through = maximum(Real(1.0f - maximum(f.x, maximum(f.y, f.z))), Real(0.0f));
-  SplitOf<Real> result{f, {through, through, through}};
+DielectricSplitOf<Real> DielectricLobe::split(const Real& cos_o, const Real& cos_t) const {
+  if (all(cos_t < 0.0f)) return {Imath::Vec3<Real>(Real(1.0f)), Imath::Vec3<Real>(Real(0.0f))};
+  DielectricSplitOf<Real> result = split_by_fresnel(fresnel_, cos_o, cos_t, eta_);
   if (iridescence_ > 0.0f) {
     const Imath::Vec3<Real> film = film_fresnel(cos_o, cos_t);
     for (int c = 0; c < 3; ++c) {
-      result.reflected[c] = f[c] + (film[c] - f[c]) * iridescence_;
+      const Real f = result.reflected[c], through = result.transmitted[c];
+      result.reflected[c] = f + (film[c] - f) * iridescence_;
       result.transmitted[c] = through + ((1.0f - film[c]) - through) * iridescence_;
     }
   }
-  for (int c = 0; c < 3; ++c) {
-    result.reflected[c] = select(total, Real(1.0f), result.reflected[c]);
-    result.transmitted[c] = select(total, Real(0.0f), Real(tint_[c] * result.transmitted[c]));
-  }
+  set_tint(tint_, cos_t, result);
   return result;
 }
 
-// Proportional to the luminances to either side. Below a millionth the probability is 0: such a
-// sample is not worthwhile and its weight might not be finite.
 template <typename Real>
-Real DielectricLobe::reflection_probability(const SplitOf<Real>& split) const {
-  if (!transmits_) return 1.0f;
-  const Real reflected = luminance(split.reflected);
-  const Real transmitted = luminance(split.transmitted);
-  const Real sum = reflected + transmitted;
-  const Real share = select(reflected > 1e-6f * sum, Real(reflected / sum), Real(0.0f));
-  return select(transmitted <= 1e-6f * sum, Real(1.0f), share);
-}
-
-float DielectricLobe::smooth_probability(const Split& split) const {
-  return favored(reflection_probability(split), reflection_odds_);
+Real DielectricLobe::reflection_probability(const DielectricSplitOf<Real>& split) const {
+  return transmits_ ? reflection_share(split) : Real(1.0f);
 }
 
 template <typename Real>
@@ -218,7 +196,7 @@ DielectricLobe::Mirrored<Real> DielectricLobe::mirrored(const Imath::Vec3<Real>&
   const Real cos_d = 0.5f * square_root(length2);
   const Real inverse = 1.0f / length2;
   const Real d = distribution(Real(x * x * inverse), Real(y * y * inverse), Real(z * z * inverse));
-  const SplitOf<Real> here = split(cos_d, refracted_cosine(cos_d, eta_));
+  const DielectricSplitOf<Real> here = split(cos_d, refracted_cosine(cos_d, eta_));
   return {here, reflection_probability(here), d * visibility * wi.z, 0.5f * d * normals};
 }
 
@@ -281,17 +259,13 @@ V3f DielectricLobe::sample_visible_normal(const V2f& u) const {
 
 std::optional<BsdfSample> DielectricLobe::sample_smooth(float u_lobe) const {
   const float cos_t = refracted_cosine(wo_.z, eta_);
-  const Split here = split(wo_.z, cos_t);
-  const float probability = smooth_probability(here);
-  if (u_lobe < probability)
-    return BsdfSample{{-wo_.x, -wo_.y, wo_.z}, here.reflected * (1.0f / probability), 0.0f, Lobe::glossy};
-  if (!(luminance(here.transmitted) > 0.0f)) return std::nullopt;
-  const V3f wi(-wo_.x / eta_, -wo_.y / eta_, -cos_t);
-  return BsdfSample{wi.normalized(), here.transmitted * (1.0f / (1.0f - probability)), 0.0f, Lobe::transmission};
+  const ClearSampleOf<float> s = sample_clear(split(wo_.z, cos_t), wo_, cos_t, eta_, reflection_odds_, u_lobe);
+  if (!s.found) return std::nullopt;
+  return BsdfSample{s.wi, s.weight, 0.0f, s.reflects ? Lobe::glossy : Lobe::transmission};
 }
 
 float DielectricLobe::reflection_probability(const V2f& u) const {
-  if (smooth_) return smooth_probability(split(wo_.z, refracted_cosine(wo_.z, eta_)));
+  if (smooth_) return favored(reflection_share(split(wo_.z, refracted_cosine(wo_.z, eta_))), reflection_odds_);
   const float cos_o = std::max(wo_.dot(sample_visible_normal(u)), 0.0f);
   return reflection_probability(split(cos_o, refracted_cosine(cos_o, eta_)));
 }

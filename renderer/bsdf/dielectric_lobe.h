@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/math.h"
+#include "renderer/bsdf/clear_glass.h"
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/gltf_bsdf.h"
 #include "renderer/bsdf/thin_film.h"
@@ -87,21 +88,15 @@ class DielectricLobe {
   [[nodiscard]] const Rgb& straight_transmittance() const { return straight_; }
 
  private:
-  // The parts of light that a microfacet reflects and transmits; the latter includes the tint.
-  template <typename Real>
-  struct SplitOf {
-    Imath::Vec3<Real> reflected, transmitted;
-  };
-  using Split = SplitOf<float>;
+  using Split = DielectricSplitOf<float>;
   // cos_o and cos_t are the cosines with the microfacet on the side of wo and beyond; cos_t < 0 is
   // total reflection.
   template <typename Real>
   [[nodiscard]] Imath::Vec3<Real> film_fresnel(const Real& cos_o, const Real& cos_t) const;
   template <typename Real>
-  [[nodiscard]] SplitOf<Real> split(const Real& cos_o, const Real& cos_t) const;
+  [[nodiscard]] DielectricSplitOf<Real> split(const Real& cos_o, const Real& cos_t) const;
   template <typename Real>
-  [[nodiscard]] Real reflection_probability(const SplitOf<Real>& split) const;
-  [[nodiscard]] float smooth_probability(const Split& split) const; // the same of sample_smooth()
+  [[nodiscard]] Real reflection_probability(const DielectricSplitOf<Real>& split) const;
   [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
   template <typename Real>
   [[nodiscard]] Real distribution(const Real& x2, const Real& y2, const Real& z2) const;
@@ -110,7 +105,7 @@ class DielectricLobe {
   // A microfacet that mirrors a direction.
   template <typename Real>
   struct Mirrored {
-    SplitOf<Real> split;
+    DielectricSplitOf<Real> split;
     Real probability; // of sample() to reflect there
     Real scale;       // of the split, in f |cos_theta_i|, without scale_
     Real density;     // of the direction, with the probability 1

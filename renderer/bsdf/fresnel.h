@@ -12,23 +12,26 @@ namespace kindling {
 
 // Conventions: eta > 0 is the index of refraction beyond the interface over the one on the side of
 // the incident direction. Cosines are between a direction and the normal on the direction's own
-// side, in [0, 1].
+// side, in [0, 1]. For Lanes of cosines eta is one number, or Lanes, too.
 
 // Returns the reflectance at normal incidence; equal for eta and 1 / eta.
-[[nodiscard]] inline float dielectric_f0(float eta) { return square((eta - 1.0f) / (eta + 1.0f)); }
+template <typename Eta>
+[[nodiscard]] Eta dielectric_f0(const Eta& eta) {
+  return square(Eta((eta - 1.0f) / (eta + 1.0f)));
+}
 
 // Snell's law: returns the cosine beyond the interface for the cosine on this side; -1 for total
 // reflection.
-template <typename Real>
-[[nodiscard]] Real refracted_cosine(const Real& cos_theta, float eta) {
+template <typename Real, typename Eta>
+[[nodiscard]] Real refracted_cosine(const Real& cos_theta, const Eta& eta) {
   const Real cos2 = 1.0f - (1.0f - cos_theta * cos_theta) / (eta * eta);
   return select(cos2 > 0.0f, square_root(maximum(Real(0.0f), cos2)), Real(-1.0f));
 }
 
 // Returns the reflectance of unpolarized light, given both cosines. Symmetric: (cos_i, cos_t, eta)
 // and (cos_t, cos_i, 1 / eta) give the same.
-template <typename Real>
-[[nodiscard]] Real dielectric_fresnel(const Real& cos_i, const Real& cos_t, float eta) {
+template <typename Real, typename Eta>
+[[nodiscard]] Real dielectric_fresnel(const Real& cos_i, const Real& cos_t, const Eta& eta) {
   const Real parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   const Real perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
@@ -62,15 +65,18 @@ template <typename Real>
 // - F0) / (1 - F0) replaces (1 - cos)^5. F is equal from both sides of the interface, and so is F',
 // which is that of the angle on the optically thinner side. Total internal reflection stays total,
 // since no index of refraction changes (KHR_materials_specular, "Interaction with other
-// extensions").
-class SpecularFresnel {
+// extensions"). Of one material (float), or of several (Lanes).
+template <typename Each>
+class SpecularFresnelOf {
  public:
+  using Color = Imath::Vec3<Each>;
+
   // specular in [0, 1], color >= 0; eta as above, finite and > 0.
-  SpecularFresnel(float eta, float specular, const Rgb& color) {
-    const float f0 = dielectric_f0(eta);
-    const Rgb tinted(std::min(f0 * color.x, 1.0f), std::min(f0 * color.y, 1.0f), std::min(f0 * color.z, 1.0f));
-    const Rgb f0_new = tinted * specular;
-    slope_ = (Rgb(specular) - f0_new) * (1.0f / (1.0f - f0));
+  SpecularFresnelOf(const Each& eta, const Each& specular, const Color& color) {
+    const Each f0 = dielectric_f0(eta);
+    const auto tinted = [&](const Each& channel) { return minimum(Each(f0 * channel), Each(1.0f)); };
+    const Color f0_new = Color(tinted(color.x), tinted(color.y), tinted(color.z)) * specular;
+    slope_ = (Color(specular) - f0_new) * Each(1.0f / (1.0f - f0));
     offset_ = f0_new - slope_ * f0;
   }
 
@@ -81,12 +87,13 @@ class SpecularFresnel {
     return {channel(0), channel(1), channel(2)};
   }
   // Coefficients of F' = offset + slope F.
-  [[nodiscard]] const Rgb& offset() const { return offset_; }
-  [[nodiscard]] const Rgb& slope() const { return slope_; }
+  [[nodiscard]] const Color& offset() const { return offset_; }
+  [[nodiscard]] const Color& slope() const { return slope_; }
 
  private:
-  Rgb offset_;
-  Rgb slope_;
+  Color offset_;
+  Color slope_;
 };
+using SpecularFresnel = SpecularFresnelOf<float>;
 
 } // namespace kindling

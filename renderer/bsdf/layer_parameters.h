@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
-
-#include <algorithm>
 
 namespace kindling {
 
@@ -40,10 +39,10 @@ struct LayerParameters {
 
 // Returns the probability of an event with the probability p after its odds p / (1 - p) have been
 // multiplied by `odds` >= 1, up to a quarter: what else may happen stays likely.
-[[nodiscard]] inline float favored(float p, float odds) {
-  if (!(odds > 1.0f)) return p;
-  const float q = odds * p / (odds * p + (1.0f - p));
-  return std::max(p, std::min(q, 0.25f));
+template <typename Real>
+[[nodiscard]] Real favored(const Real& p, const Real& odds) {
+  const Real q = odds * p / (odds * p + (1.0f - p));
+  return select(odds > 1.0f, maximum(p, minimum(q, Real(0.25f))), p);
 }
 
 // Thin-walled surfaces up to this roughness let light pass in a straight line:

@@ -236,8 +236,8 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
     ShadeGroup::Member& member = group.members[i];
     member.scattered.reset();
     if (!hits[i].is_hit()) {
-      group.escaping[escaped] = rays[i].direction;
-      locations[escaped++] = &member.escaped;
+      group.to_environment[escaped] = rays[i].direction;
+      locations[escaped++] = &member.in_environment;
       continue;
     }
     const PathInFlight path = context.path_at(context.active[first + i]);
@@ -245,7 +245,8 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
     footprints[i] = stages_.measure_footprint(rays[i], member.scattered.value_or(hits[i].t), path.state);
     if (member.scattered) hits[i] = {};
   }
-  world_.lights.locate_in_environment(std::span(group.escaping).first(escaped), std::span(locations).first(escaped));
+  world_.lights.locate_in_environment(std::span(group.to_environment).first(escaped),
+                                      std::span(locations).first(escaped));
   world_.prefetch(rays, hits, footprints);
   for (size_t i = 0; i < count; ++i) {
     if (hits[i].is_hit()) world_.surface_at(rays[i], hits[i], group.members[i].surface, footprints[i]);
@@ -256,16 +257,26 @@ void PathIntegrator::prepare_group(size_t first, size_t count, PathContext& cont
 // Returns how many there are; their numbers go to `reflecting`.
 size_t PathIntegrator::draw_for_group(size_t first, size_t count, PathContext& context) const {
   ShadeGroup& group = context.group;
-  size_t reflecting = 0;
+  std::array<EnvironmentView::Location*, ShadeGroup::kSize> locations; // of what clear glass mirrors
+  size_t reflecting = 0, mirroring = 0;
   for (size_t i = 0; i < count; ++i) {
     const PathInFlight path = context.path_at(context.active[first + i]);
-    const SurfacePoint& surface = group.members[i].surface;
+    ShadeGroup::Member& member = group.members[i];
+    const SurfacePoint& surface = member.surface;
     if (!group.reached[i].is_hit() || !PathStages::reflects(surface, path.state)) continue;
+    member.sampled.mirrored = nullptr;
+    if (stages_.favors_reflection(surface, path.state)) {
+      member.sampled.mirrored = &member.in_environment;
+      group.to_environment[mirroring] = PathStages::mirrored(context.rays[first + i].direction, surface);
+      locations[mirroring++] = &member.in_environment;
+    }
     group.addresses[reflecting] = PathStages::draws_address(path);
     if (stages_.light_probabilities)
       group.searches[reflecting] = LightSelectionTreeView::search(surface.position, surface.geometric_normal);
     group.reflecting[reflecting++] = static_cast<uint8_t>(i);
   }
+  world_.lights.locate_in_environment(std::span(group.to_environment).first(mirroring),
+                                      std::span(locations).first(mirroring));
   draw_bounces(std::span(group.addresses).first(reflecting), std::span(group.draws).first(reflecting));
   if (stages_.light_probabilities)
     find_regions(stages_.light_probabilities->nodes, std::span(group.searches).first(reflecting));

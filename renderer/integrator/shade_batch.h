@@ -26,7 +26,7 @@ inline void PathIntegrator::shade_group(size_t first, size_t end, PathContext& c
     if (member.scattered)
       stages_.scatter_in_medium(ray, *member.scattered, path, sink);
     else if (!hit.is_hit())
-      stages_.shade_escaped(ray, member.escaped, path, sink);
+      stages_.shade_escaped(ray, member.in_environment, path, sink);
     else if (stages_.reach_surface(ray, hit, member.surface, path, sink))
       lanes.take(i, member);
   }

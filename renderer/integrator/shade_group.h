@@ -26,7 +26,7 @@ struct ShadeGroup {
   }
 
   struct Member {
-    EnvironmentView::Location escaped;         // direction of a ray without a hit
+    EnvironmentView::Location in_environment;  // of a ray without a hit, or of SurfaceDraws::mirrored
     std::optional<float> scattered;            // PathStages::scatter_distance(): the hit is not reached
     SurfacePoint surface;                      // at the hit, if it is reached
     SurfaceDraws sampled;                      // if the surface reflects
@@ -40,7 +40,7 @@ struct ShadeGroup {
   std::array<Member, kSize> members;
   std::array<RayFootprint, kSize> footprints; // valid for members with a hit
   std::array<accel::Hit, kSize> reached;      // hits, without those that are not reached
-  std::array<V3f, kSize> escaping;            // directions of rays without a hit, consecutive
+  std::array<V3f, kSize> to_environment;      // directions that are looked up in it together
   // Surfaces that reflect, consecutive: numbers of their members, what is drawn and looked up for
   // them, and the same for those of their light samples that are one of several.
   std::array<uint8_t, kSize> reflecting;

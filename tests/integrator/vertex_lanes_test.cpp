@@ -1,7 +1,9 @@
 // Surfaces that are shaded eight at a time give paths the bits of surfaces that are shaded alone.
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/guiding/guide.h"
+#include "tests/integrator/slabs_of_media.h"
 #include "tests/integrator/test_scenes.h"
+#include "tests/light/light_fixtures.h"
 #include "tests/session/same_bits.h"
 
 namespace kindling::test {
@@ -37,6 +39,32 @@ std::unique_ptr<const World> colorful_world() {
   return make_world(std::move(scene), accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f, 0.4f, 0.6f)));
 }
 
+// Glass in turn: clear, tinted, dispersive, under a film, rough, as a thin wall and partly covered;
+// and mirrors.
+std::unique_ptr<const World> world_of_glass() {
+  Material prism = glass(1.6f), film = glass(1.3f), sheet = glass(1.5f), veiled = glass(1.4f);
+  prism.dispersion = 2.0f;
+  film.iridescence_factor = 1.0f;
+  sheet.thickness_factor = 0.0f;
+  veiled.alpha_mode = AlphaMode::blend;
+  veiled.base_color_factor.w = 0.5f;
+  Material tinted = absorbing(1.5f, Rgb(0.2f, 0.9f, 0.5f), 0.5f), rough = glass(1.5f);
+  tinted.base_color_factor = V4f(0.9f, 0.7f, 0.5f, 1.0f);
+  rough.roughness_factor = 0.3f;
+  std::vector<Primitive> primitives{quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
+                                    quad(V3f(-4, -1, -3), V3f(8, 0, 0), V3f(0, 4, 0), 8)};
+  for (int i = 0; i < 25; ++i)
+    primitives.push_back(
+        sphere(V3f(-2.0f + static_cast<float>(i % 5), -0.4f, -2.0f + static_cast<float>(i / 5)), 0.55f, 16, 1 + i % 8));
+  return make_world(
+      make_scene({diffuse_material(Rgb(0.7f)), glass(1.5f), tinted, prism, film, rough, sheet, veiled,
+                  metal_material(Rgb(0.9f), 0.05f)},
+                 std::move(primitives)),
+      accel::Kind::kdtree,
+      std::make_shared<Environment>(
+          float_image(16, 8, [](int x, int y) { return Rgb(x == 5 && y < 3 ? 60.0f : 0.5f); }), 0.0f, 1.0f));
+}
+
 constexpr V2i kLanesImage(16, 8);
 constexpr uint32_t kSamplesInLanes = 8;
 
@@ -67,9 +95,11 @@ Film film_in_lanes(const World& world, const Variant& variant, bool alone) {
   return film;
 }
 
+void expect_alone_as_together(const World& world, const Variant& variant, const char* words) {
+  expect_same_bits(film_in_lanes(world, variant, false), film_in_lanes(world, variant, true), words);
+}
 void expect_alone_as_together(const Variant& variant, const char* words) {
-  const auto world = colorful_world();
-  expect_same_bits(film_in_lanes(*world, variant, false), film_in_lanes(*world, variant, true), words);
+  expect_alone_as_together(*colorful_world(), variant, words);
 }
 
 TEST(VertexLanes, OneLightSample) {
@@ -91,6 +121,33 @@ TEST(VertexLanes, SeveralLightSamplesAndReflectionSamples) {
       variant.settings.reflection_samples = reflections;
       expect_alone_as_together(variant, "several samples");
     }
+}
+
+TEST(VertexLanes, Glass) {
+  const auto world = world_of_glass();
+  expect_alone_as_together(*world, {}, "glass");
+  Variant variant;
+  variant.settings.roulette_start_bounce = 0;
+  expect_alone_as_together(*world, variant, "early roulette");
+  variant.settings.max_bounces = 3;
+  expect_alone_as_together(*world, variant, "few bounces");
+  for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);
+  expect_alone_as_together(*world, variant, "AOVs");
+  variant.settings.caustics = Caustics::regularized;
+  expect_alone_as_together(*world, variant, "regularized caustics");
+}
+
+TEST(VertexLanes, GlassBesidePhotons) {
+  const auto world = world_of_glass();
+  for (const float light_paths : {0.0f, 0.5f}) {
+    Variant variant;
+    variant.settings.photons = 1.0f;
+    variant.settings.light_paths = light_paths;
+    expect_alone_as_together(*world, variant, "photons");
+    variant.settings.direct_samples = 3;
+    variant.settings.reflection_samples = 2;
+    expect_alone_as_together(*world, variant, "photons beside several samples");
+  }
 }
 
 TEST(VertexLanes, GuidedToPatches) {

@@ -48,7 +48,15 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
   const uint32_t glossy = packed(drawn.glossy);
   for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
-    extend(v, lane, rays[lane], states[lane], ((glossy >> lane) & 1U) != 0 ? Lobe::glossy : Lobe::diffuse);
+    const PathState& state = *v.states[lane];
+    const Lobe lobe = ((glossy >> lane) & 1U) != 0 ? Lobe::glossy : Lobe::diffuse;
+    const bool narrow = lobe == Lobe::glossy && drawn.pdf[lane] > kNarrowDensity;
+    const RayCone cone = narrow && stages_.follows_specular_cone(state)
+                             ? specular_cone(*stages_.world, context_.hits[v.numbers[lane]], v.members[lane]->surface,
+                                             lane_of(wi, lane), 1.0f, state.specular_cone)
+                             : kNoSpecularCone;
+    if (stages_.light_paths) stages_.note_wide(v.members[lane]->surface, *v.states[lane]);
+    extend(v, lane, rays[lane], states[lane], lobe, cone);
   }
 }
 
@@ -127,7 +135,7 @@ void VertexLanes<Sink>::note_directions(const GatheredVertices& v, const Scatter
 
 template <typename Sink>
 void VertexLanes<Sink>::extend(const GatheredVertices& v, uint32_t lane, const float* ray, const float* scattered,
-                               Lobe lobe) {
+                               Lobe lobe, const RayCone& specular_cone) {
   const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
   PathState& state = path.state;
   const SurfacePoint& surface = v.members[lane]->surface;
@@ -139,16 +147,12 @@ void VertexLanes<Sink>::extend(const GatheredVertices& v, uint32_t lane, const f
   state.emission_only = !stages_.count_bounce(lobe, pdf, state);
   if (stages_.settings.caustics == Caustics::regularized) state.widest_lobe.add(lobe, surface.bsdf.roughness);
   state.cone.spread = scattered[6];
-  const bool narrow = lobe == Lobe::glossy && pdf > kNarrowDensity;
-  state.specular_cone =
-      narrow && stages_.follows_specular_cone(state)
-          ? specular_cone(*stages_.world, context_.hits[v.numbers[lane]], surface, wi, 1.0f, state.specular_cone)
-          : RayCone{.spread = -1.0f};
+  state.specular_cone = specular_cone;
   state.environment_left = false;
   state.bsdf_pdf = scattered[4];
   state.reflection_ratio = scattered[5];
   state.previous_position = surface.position;
-  state.previous_normal = surface.geometric_normal;
+  state.previous_normal = surface.light_normal();
   state.light_probabilities = v.members[lane]->sampled.light_probabilities;
   state.transparent_surfaces = 0;
   accel::Ray next = ray_of(ray, key, v.rays[lane]->time, path.sample.address.index, kHitPartlyTransparent);

@@ -1,4 +1,4 @@
-// Shading of vertices without layers, eight at a time in lanes.
+// Shading of vertices without layers, and of clear glass, eight at a time in lanes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,15 +22,19 @@ class VertexLanes {
  public:
   // All are borrowed. `context` has the group.
   VertexLanes(const PathStages& stages, PathContext& context, Sink& sink)
-      : stages_(stages), context_(context), sink_(sink),
-        is_alone_(Sink::kSplits || sink.records() || stages.light_paths), lights_alone_(is_alone_ || stages.manifolds),
-        prepares_(context.reuses() || stages.guides_directions()) {}
+      : stages_(stages), context_(context), sink_(sink), is_alone_(Sink::kSplits || sink.records()),
+        lights_alone_(is_alone_ || stages.manifolds), prepares_(context.reuses() || stages.guides_directions()) {}
 
   // Takes the active path `number` of the batch, a `member` of the group that is scattered at its
   // surface.
   void take(size_t number, ShadeGroup::Member& member) {
+    if (member.surface.layered && is_glass_in_lanes(number, member.surface)) {
+      glass_.add(number, member);
+      if (glass_.count == Lanes::kCount) shade_glass(glass_);
+      return;
+    }
     const bool lambertian = is_lambertian(member.surface.bsdf);
-    if (member.surface.layered || is_alone_ || (lights_alone_ && lambertian)) {
+    if (member.surface.layered || is_alone_ || (lights_alone_ && lambertian) || is_caster(member.surface)) {
       shade_alone(static_cast<uint32_t>(number), member);
       return;
     }
@@ -42,16 +46,21 @@ class VertexLanes {
   // Shades those that are left.
   void finish() {
     for (VertexQueue& queue : queues_) {
-      if (queue.count >= kMinEvalsTogether) {
+      if (queue.count >= kMinEvalsTogether)
         shade(queue);
-        continue;
-      }
-      for (uint32_t i = 0; i < queue.count; ++i) shade_alone(queue.numbers[i], *queue.members[i]);
-      queue.count = 0;
+      else
+        shade_each_alone(queue);
     }
+    if (glass_.count >= kMinGlassTogether)
+      shade_glass(glass_);
+    else
+      shade_each_alone(glass_);
   }
 
  private:
+  static constexpr uint32_t kMinGlassTogether = 2; // fewer are shaded faster alone
+  static constexpr RayCone kNoSpecularCone{.spread = -1.0f};
+
   using Vectors = Imath::Vec3<Lanes>;
   using Bsdf = GltfBsdfOf<Lanes>;
   // Properties of the BSDFs that guides and path reuse depend on.
@@ -65,13 +74,46 @@ class VertexLanes {
                        context_.group.lights_of(member), path, sink_);
   }
 
-  // True if a first surface is to be recorded where the path is.
-  [[nodiscard]] bool records_surface(const GatheredVertices& v, uint32_t lane) const {
-    if (context_.surfaces.empty()) return false;
-    return v.states[lane]->bounce == 0 || !context_.surfaces[context_.active[v.numbers[lane]]].guide_found;
+  void shade_each_alone(VertexQueue& queue) {
+    for (uint32_t i = 0; i < queue.count; ++i) shade_alone(queue.numbers[i], *queue.members[i]);
+    queue.count = 0;
   }
 
+  // True if a first surface is to be recorded where the path of a slot is.
+  [[nodiscard]] bool records_surface(uint32_t slot) const {
+    return !context_.surfaces.empty() && (context_.states[slot].bounce == 0 || !context_.surfaces[slot].guide_found);
+  }
+
+  // True if what light paths find depends on the directions that the surface scatters light into.
+  [[nodiscard]] bool is_caster(const SurfacePoint& surface) const {
+    return stages_.light_paths && stages_.light_paths->is_caster(surface.material);
+  }
+  // Gathers the photons around a vertex, and notes what light paths find from there on.
+  void join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
+
+  // Clear glass (glass_lanes.h). is_glass_in_lanes() returns whether a vertex with layers is glass
+  // that shade_glass() can take.
+  [[nodiscard]] bool is_glass_in_lanes(size_t number, const SurfacePoint& surface) const;
+  void shade_glass(VertexQueue& queue);
+  [[nodiscard]] Lanes glass_spread(const GatheredVertices& v, const Vectors& wi, const LaneMask& reflected,
+                                   const Lanes& eta) const;
+
   void shade(VertexQueue& queue);
+  // Return one vertex as those are that are shaded alone; `frame` is borrowed.
+  [[nodiscard]] static Frame frame_of(const GatheredVertices& v, uint32_t lane) {
+    return {lane_of(v.frame.tangent, lane), lane_of(v.frame.bitangent, lane), lane_of(v.frame.normal, lane)};
+  }
+  [[nodiscard]] PathStages::Vertex vertex_of(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf,
+                                             const Frame& frame) const {
+    const ShadeGroup::Member& member = *v.members[lane];
+    return {member.surface,
+            context_.hits[v.numbers[lane]],
+            frame,
+            GuidedBsdf(bsdf.lane(lane), frame),
+            v.rays[lane]->time,
+            member.sampled,
+            nullptr};
+  }
   // Adds the light samples of one vertex. True: its next direction is to be drawn.
   bool light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
   // Notes how a vertex is reused and guided.
@@ -103,9 +145,11 @@ class VertexLanes {
   void follow(const GatheredVertices& v, const Bsdf& bsdf, const Vectors& wi, uint32_t lanes, Scattered& result) const;
   // Notes the directions in the records of shared paths and of first surfaces.
   void note_directions(const GatheredVertices& v, const Scattered& drawn, uint32_t lanes);
-  // Continues a path. `ray` has the first half of the next ray; `scattered`: throughput, density,
-  // density for light samples, ratio of reflection samples, spread, guiding.
-  void extend(const GatheredVertices& v, uint32_t lane, const float* ray, const float* scattered, Lobe lobe);
+  // Continues a path. `ray` has the first half of the next ray; `scattered`: throughput, density
+  // (0: a delta direction), density for light samples, ratio of reflection samples, spread,
+  // guiding. `specular_cone`: of PathState.
+  void extend(const GatheredVertices& v, uint32_t lane, const float* ray, const float* scattered, Lobe lobe,
+              const RayCone& specular_cone);
 
   // Rays as their first eight floats, and completed.
   [[nodiscard]] static LaneRows first_halves(const Vectors& origin, const Vectors& direction, const Lanes& length) {
@@ -132,6 +176,7 @@ class VertexLanes {
   bool lights_alone_;                 // the light samples of no vertex are found in lanes
   bool prepares_;                     // paths are shared, or directions guided
   std::array<VertexQueue, 4> queues_; // with microfacets or Lambertian, each: later surfaces, first ones
+  VertexQueue glass_;
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
   LaneMask shared_first_, shared_second_;        // their first and second surfaces
@@ -149,18 +194,21 @@ void VertexLanes<Sink>::shade(VertexQueue& queue) {
   const PathStages::DirectCounts counts = counts_of(*v.states[0], bsdf); // before a path leaves its first surface
   const uint32_t all = (1U << v.count) - 1U;
   uint32_t alone = lights_alone_ ? all : v.special & all;
-  for (uint32_t lane = 0; lane < v.count; ++lane) alone |= records_surface(v, lane) ? 1U << lane : 0U;
+  for (uint32_t lane = 0; lane < v.count; ++lane)
+    alone |= records_surface(context_.active[v.numbers[lane]]) ? 1U << lane : 0U;
   uint32_t drawn = all; // those whose next direction is drawn in lanes
   guided_ = 0;
   shared_first_ = shared_second_ = LaneMask{};
-  if (alone != 0 || prepares_) {
+  if (alone != 0 || prepares_ || stages_.light_paths) {
     const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.glossy_probability(), bsdf.alpha()};
     for (uint32_t lane = 0; lane < v.count; ++lane) {
       const bool first = v.states[lane]->bounce == 0;
-      if (((alone >> lane) & 1U) == 0)
-        prepare(v, lane, lobes);
-      else if (!light_alone(v, lane, bsdf))
+      if (((alone >> lane) & 1U) == 0) {
+        if (prepares_) prepare(v, lane, lobes);
+        if (stages_.light_paths) join_light_paths(v, lane, bsdf);
+      } else if (!light_alone(v, lane, bsdf)) {
         drawn &= ~(1U << lane);
+      }
       if (reused_[lane]) (first ? shared_first_ : shared_second_)[lane] = -1;
     }
   }
@@ -182,17 +230,20 @@ void VertexLanes<Sink>::prepare(const GatheredVertices& v, uint32_t lane, const 
 }
 
 template <typename Sink>
+void VertexLanes<Sink>::join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf) {
+  const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
+  const accel::Hit& hit = context_.hits[v.numbers[lane]];
+  const SurfacePoint& surface = v.members[lane]->surface;
+  const float radius2 = stages_.find_light_path_scale(*v.rays[lane], hit, surface, path);
+  if (radius2 > 0.0f) sink_.gather_photons(vertex_of(v, lane, bsdf, frame_of(v, lane)), path, radius2);
+}
+
+template <typename Sink>
 bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf) {
   const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
   const ShadeGroup::Member& member = *v.members[lane];
-  const Frame frame{lane_of(v.frame.tangent, lane), lane_of(v.frame.bitangent, lane), lane_of(v.frame.normal, lane)};
-  PathStages::Vertex vertex{member.surface,
-                            context_.hits[v.numbers[lane]],
-                            frame,
-                            GuidedBsdf(bsdf.lane(lane), frame),
-                            v.rays[lane]->time,
-                            member.sampled,
-                            nullptr};
+  const Frame frame = frame_of(v, lane);
+  PathStages::Vertex vertex = vertex_of(v, lane, bsdf, frame);
   ReusedPath*& reused = reused_[lane];
   if (!stages_.shade_vertex(*v.rays[lane], vertex, context_.group.lights_of(member), path, sink_, reused)) return false;
   if (!vertex.bsdf.is_guided()) return true;
@@ -203,4 +254,5 @@ bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, co
 } // namespace kindling
 
 #include "renderer/integrator/lanes/bounce_lanes.h"
+#include "renderer/integrator/lanes/glass_lanes.h"
 #include "renderer/integrator/lanes/light_lanes.h"

@@ -4,13 +4,15 @@
 
 #include "renderer/integrator/stages/rest_surface.h"
 
+#include <cassert>
+
 namespace kindling {
 
 namespace {
 
-// True if no light path comes by this vertex, whatever its material.
-bool is_left_out(const PathStages::Vertex& vertex, const PathState& state) {
-  return vertex.surface.alpha < 1.0f || vertex.surface.has_thin_wall() || state.bounce > LightPathView::kMaxBounces;
+// True if no light path comes by this surface, whatever its material.
+bool is_left_out(const SurfacePoint& surface, const PathState& state) {
+  return surface.alpha < 1.0f || surface.has_thin_wall() || state.bounce > LightPathView::kMaxBounces;
 }
 
 bool is_boundary(const SurfacePoint& surface) { return surface.layered && surface.layers.boundary; }
@@ -29,18 +31,21 @@ float weight_beside(const PathState& state, float ratio) {
 
 } // namespace
 
-float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& vertex, const PathInFlight& path) const {
+float PathStages::find_light_path_scale(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
+                                        const PathInFlight& path) const {
   PathState& state = path.state;
-  const SurfacePoint& surface = vertex.surface;
-  const float before = std::abs(state.light_path_scale);
-  state.light_path_scale = 0.0f;
-  if (is_left_out(vertex, state)) return 0.0f;
-  if (before != 0.0f) { // joined before
-    const bool caster = light_paths->is_caster(surface.material);
-    if (caster || !is_boundary(surface)) state.light_path_scale = caster ? before : -before;
+  if (is_boundary(surface)) {
+    find_boundary_scale(surface, state);
     return 0.0f;
   }
-  if (!state.narrow_so_far || is_boundary(surface)) return 0.0f;
+  const float before = std::abs(state.light_path_scale);
+  state.light_path_scale = 0.0f;
+  if (is_left_out(surface, state)) return 0.0f;
+  if (before != 0.0f) { // joined before
+    state.light_path_scale = light_paths->is_caster(surface.material) ? before : -before;
+    return 0.0f;
+  }
+  if (!state.narrow_so_far) return 0.0f;
   const bool seen_directly = state.bounce == 0 && !state.in_medium && state.transparent_surfaces == 0;
   if (seen_directly && light_paths->paths_per_pass > 0.0f) {
     const float distance = (surface.position - ray.origin).length();
@@ -54,11 +59,16 @@ float PathStages::find_light_path_scale(const accel::Ray& ray, const Vertex& ver
   const float eta = state.in_medium ? world->medium(*path.media.innermost()).ior : 1.0f;
   float scale = light_paths->photon_ratio_scale(radius2) * eta * eta;
   if (world->has_motion) {
-    if (rest_surface(*world, surface, vertex.hit, vertex.time).area_ratio == 0.0f) return 0.0f;
+    if (rest_surface(*world, surface, hit, ray.time).area_ratio == 0.0f) return 0.0f;
     scale *= 2.0f * light_paths->photon_time_span(path.map_sample);
   }
   state.light_path_scale = -scale;
   return radius2;
+}
+
+void PathStages::find_boundary_scale(const SurfacePoint& surface, PathState& state) const {
+  const bool stays = light_paths->is_caster(surface.material) && !is_left_out(surface, state);
+  state.light_path_scale = stays ? std::abs(state.light_path_scale) : 0.0f;
 }
 
 // Light paths enter no scattering media, and a path with a wavelength cannot be joined to one that
@@ -68,12 +78,16 @@ bool PathStages::gathers_photons(const PathInFlight& path) const {
   return !path.state.in_medium || is_black(world->medium(*path.media.innermost()).scattering);
 }
 
-void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
+namespace {
+
+// Notes a direction, given a function that returns its narrow_steps() if the surface is a caster.
+template <typename NarrowSteps>
+void note_direction(const PathStages& stages, const SurfacePoint& surface, const NarrowSteps& narrow_steps_of_caster,
+                    bool crosses, PathState& state) {
   const bool joins_here = state.narrow_so_far; // if it is not for the narrow lobes alone
   if (!joins_here && state.light_path_scale == 0.0f) return;
-  const SurfacePoint& surface = vertex.surface;
-  const bool caster = light_paths->is_caster(surface.material) && !is_left_out(vertex, state);
-  const uint32_t narrow = caster ? narrow_steps(vertex, scattered.wi, scattered.pdf == 0.0f) : 0;
+  const bool caster = stages.light_paths->is_caster(surface.material) && !is_left_out(surface, state);
+  const uint32_t narrow = caster ? narrow_steps_of_caster() : 0;
   if (joins_here) {
     state.narrow_so_far = narrow == LightPathView::kShares;
     if (state.narrow_so_far) state.light_path_scale = 0.0f;
@@ -82,19 +96,37 @@ void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& 
   } else {
     state.last_share = static_cast<uint8_t>(narrow);
   }
-  if (!is_boundary(surface) || !(world->medium(surface.material).dispersion > 0.0f)) return;
-  if (LightPathView::mixes_colors(scattered.cosine < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
-                                  state.reflected_undispersed))
+  if (!is_boundary(surface) || !(stages.world->medium(surface.material).dispersion > 0.0f)) return;
+  if (LightPathView::mixes_colors(crosses, state.in_medium, state.wavelength_nm != 0.0f, state.reflected_undispersed))
     state.light_path_scale = 0.0f;
-  else if (state.wavelength_nm == 0.0f && scattered.cosine > 0.0f)
+  else if (state.wavelength_nm == 0.0f && !crosses)
     state.reflected_undispersed = true;
+}
+
+} // namespace
+
+void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
+  note_direction(
+      *this, vertex.surface, [&] { return narrow_steps(vertex, scattered.wi, scattered.pdf == 0.0f); },
+      scattered.cosine < 0.0f, state);
+}
+
+void PathStages::note_clear(const SurfacePoint& surface, bool crosses, PathState& state) const {
+  note_direction(
+      *this, surface, [] { return LightPathView::kShares; }, crosses, state);
+}
+
+void PathStages::note_wide(const SurfacePoint& surface, PathState& state) const {
+  assert(!light_paths->is_caster(surface.material));
+  note_direction(
+      *this, surface, [] { return 0U; }, false, state);
 }
 
 float PathStages::light_path_weight(const Vertex& vertex, const LightSample& light, float side,
                                     const PathState& state) const {
   const SurfacePoint& surface = vertex.surface;
   // At the first surface the scale is still 0: light paths have a caster.
-  if (state.light_path_scale == 0.0f || !light_paths->is_caster(surface.material) || is_left_out(vertex, state))
+  if (state.light_path_scale == 0.0f || !light_paths->is_caster(surface.material) || is_left_out(surface, state))
     return 1.0f;
   const bool light_in_medium = side > 0.0f ? state.in_medium : !is_boundary(surface) || surface.layers.entering;
   if (light_in_medium) return 1.0f;

@@ -8,15 +8,20 @@
 
 namespace kindling {
 
-// Finds the media on both sides. A path has one wavelength from its first refraction at a
-// dispersive medium on; before that it has all, and each such surface offers a wavelength of its
-// own.
 PathStages::LayersHere PathStages::resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
                                                   const MediumStack& media, float u_wavelength) const {
+  LayerParameters& layers = surface.layers.bsdf;
+  if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
+  return resolve_media(surface, state, media, u_wavelength);
+}
+
+// A path has one wavelength from its first refraction at a dispersive medium on; before that it has
+// all, and each such surface offers a wavelength of its own.
+PathStages::LayersHere PathStages::resolve_media(SurfacePoint& surface, const PathState& state,
+                                                 const MediumStack& media, float u_wavelength) const {
   LayersHere here;
   LayerParameters& layers = surface.layers.bsdf;
   here.parameters = &layers;
-  if (layers.clearcoat > 0.0f) layers.clearcoat_normal = frame.to_local(surface.layers.clearcoat_normal);
   if (!surface.layers.boundary) {
     layers.eta = surface.bsdf.ior;
     return here;
@@ -55,11 +60,12 @@ void PathStages::pass_boundary(const SurfacePoint& surface, PathState& state, Me
   state.in_medium = !media.empty();
 }
 
-void PathStages::cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media) {
-  if (!vertex.surface.layers.boundary) return;
-  if (state.wavelength_nm == 0.0f) state.throughput *= vertex.layers->wavelength_weight;
-  state.wavelength_nm = vertex.layers->wavelength_nm;
-  pass_boundary(vertex.surface, state, media);
+void PathStages::cross_boundary(const SurfacePoint& surface, const LayersHere& layers, PathState& state,
+                                MediumStack& media) {
+  if (!surface.layers.boundary) return;
+  if (state.wavelength_nm == 0.0f) state.throughput *= layers.wavelength_weight;
+  state.wavelength_nm = layers.wavelength_nm;
+  pass_boundary(surface, state, media);
 }
 
 Rgb PathStages::medium_transmittance(const MediumStack& media, float distance) const {
@@ -73,7 +79,7 @@ Rgb PathStages::transmittance_to_light(const Vertex& vertex, float side, float d
   PathState state = path.state;
   MediumStack media = state.in_medium ? path.media : MediumStack{};
   state.throughput = Rgb(1.0f);
-  if (side < 0.0f && vertex.layers) cross_boundary(vertex, state, media);
+  if (side < 0.0f && vertex.layers) cross_boundary(vertex.surface, *vertex.layers, state, media);
   return state.in_medium ? state.throughput * medium_transmittance(media, distance) : state.throughput;
 }
 

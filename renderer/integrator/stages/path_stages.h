@@ -41,6 +41,8 @@ struct SurfaceDraws {
   BounceDraws draws;                                       // choice.y chooses the lobe; light and spare the light
   const LightProbabilities* light_probabilities = nullptr; // learned for the surface's position; null: none
   const LightDraws* reflections = nullptr; // of reflection_sample_count() samples; null: drawn when they are used
+  // The place of PathStages::mirrored() in the environment; null: found when it is used.
+  const EnvironmentView::Location* mirrored = nullptr;
 };
 
 // A light sample whose shadow ray is not traced yet.
@@ -110,14 +112,18 @@ struct PathStages {
   // glass it would be in vain: it reflects and refracts into exact directions alone, so
   // LayeredBsdf::eval() is black. regularize() may make it rough.
   [[nodiscard]] bool samples_light(const SurfacePoint& surface) const {
-    if (!surface.layered || !surface.layers.boundary || settings.caustics != Caustics::full) return true;
-    const LayerParameters& layers = surface.layers.bsdf;
-    return surface.bsdf.roughness > kStraightRoughness || surface.bsdf.metallic > 0.0f || layers.transmission < 1.0f ||
-           layers.thin_walled || layers.clearcoat > 0.0f || max_component(layers.sheen_color) > 0.0f ||
-           layers.anisotropy > 0.0f;
+    return !surface.layered || !surface.layers.boundary || settings.caustics != Caustics::full ||
+           !is_clear_glass(surface.bsdf, surface.layers.bsdf);
   }
-  // Returns LayerParameters::reflection_odds for a path that meets a surface with layers.
-  [[nodiscard]] float reflection_odds(const V3f& direction, const SurfacePoint& surface, const PathState& state) const;
+  // True at clear glass, seen from outside: reflection is chosen by the environment that it shows.
+  [[nodiscard]] bool favors_reflection(const SurfacePoint& surface, const PathState& state) const;
+  // Returns the direction in which a surface mirrors a ray; unit.
+  [[nodiscard]] static V3f mirrored(const V3f& direction, const SurfacePoint& surface) {
+    return direction - surface.shading_normal * (2.0f * surface.shading_normal.dot(direction));
+  }
+  // Returns LayerParameters::reflection_odds where they are favored, given mirrored() in the
+  // environment.
+  [[nodiscard]] float reflection_odds(const EnvironmentView::Location& mirrored) const;
   // Mixes the guides of directions into the BSDF of a surface: a GuidedBsdf, or a GuideMixture with
   // the surface's shading normal and lobes.
   template <typename Guided, typename... Surface>
@@ -312,15 +318,20 @@ struct PathStages {
   [[nodiscard]] bool joins_light_paths() const {
     return Sink::kBesideLightPaths && light_paths != nullptr;
   }
-  // Sets PathState::light_path_scale of a path that is scattered at the vertex. Returns the square
-  // of the radius within which photons are gathered there; 0: none are.
-  [[nodiscard]] float find_light_path_scale(const accel::Ray& ray, const Vertex& vertex,
+  // Sets PathState::light_path_scale of a path that is scattered at a hit. Returns the squared
+  // radius within which photons are gathered there; 0: none are.
+  [[nodiscard]] float find_light_path_scale(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
                                             const PathInFlight& path) const;
+  // The same at the boundary of a medium, where none are.
+  void find_boundary_scale(const SurfacePoint& surface, PathState& state) const;
   // True if photons may be gathered at a surface that is no boundary.
   [[nodiscard]] bool gathers_photons(const PathInFlight& path) const;
   // Notes the share that light paths find of what is scattered into a direction, and what else
   // excludes them. Called before the path crosses the surface.
   void note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const;
+  // The same at clear glass, whose directions are exact, and at a surface that is no caster.
+  void note_clear(const SurfacePoint& surface, bool crosses, PathState& state) const;
+  void note_wide(const SurfacePoint& surface, PathState& state) const;
   // Return the weights of a light sample, of an emitter that was hit, of the environment, and of a
   // shape, by its number among LightSetView::punctuals.
   [[nodiscard]] float light_path_weight(const Vertex& vertex, const LightSample& light, float side,
@@ -334,12 +345,17 @@ struct PathStages {
   // Layers and media (path_media.cpp).
   //
   // Completes the surface's layers with what depends on the path: indices of refraction and
-  // wavelength. `media` is read only if state.in_medium.
+  // wavelength, by the media on both sides, and the coat's normal, by the frame. `media` is read
+  // only if state.in_medium.
   [[nodiscard]] LayersHere resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
                                           const MediumStack& media, float u_wavelength) const;
+  // The same without a frame, for layers without a coat.
+  [[nodiscard]] LayersHere resolve_media(SurfacePoint& surface, const PathState& state, const MediumStack& media,
+                                         float u_wavelength) const;
   // Moves the path to the other side of the surface: straight, and refracted.
   static void pass_boundary(const SurfacePoint& surface, PathState& state, MediumStack& media);
-  static void cross_boundary(const Vertex& vertex, PathState& state, MediumStack& media);
+  static void cross_boundary(const SurfacePoint& surface, const LayersHere& layers, PathState& state,
+                             MediumStack& media);
   // Applies the transmittance up to the hit, which scatter_distance() has let the path reach. False
   // if nothing is left.
   [[nodiscard]] bool cross_medium(float distance, const PathInFlight& path) const;

@@ -4,22 +4,22 @@
 
 namespace kindling {
 
+bool PathStages::favors_reflection(const SurfacePoint& surface, const PathState& state) const {
+  const LayerParameters& layers = surface.layers.bsdf;
+  return surface.layered && layers.transmission > 0.0f && surface.bsdf.roughness <= kStraightRoughness &&
+         !state.in_medium && (layers.thin_walled || surface.layers.entering) && !state.emission_only &&
+         world->lights.has_environment && world->lights.environment.width > 0;
+}
+
 // Glass reflects one path in twenty-five, seen from the front, so the image of a lamp in it is
 // noisy, and so is the light that it throws on other surfaces. The mirrored direction is known and
 // the environment's light there costs one lookup. Light from beyond the glass is not known; the
 // mean of the environment stands for it. Inside of glass, both ways lead to places that are not
 // known.
-float PathStages::reflection_odds(const V3f& direction, const SurfacePoint& surface, const PathState& state) const {
+float PathStages::reflection_odds(const EnvironmentView::Location& mirrored) const {
   const EnvironmentView& environment = world->lights.environment;
-  const LayerParameters& layers = surface.layers.bsdf;
-  const bool clear = layers.transmission > 0.0f && surface.bsdf.roughness <= kStraightRoughness;
-  const bool outside = !state.in_medium && (layers.thin_walled || surface.layers.entering);
-  if (!clear || !outside || state.emission_only || !world->lights.has_environment || environment.width == 0)
-    return 1.0f;
-  const V3f& normal = surface.shading_normal;
-  const V3f mirrored = direction - normal * (2.0f * normal.dot(direction));
   const float mean = luminance(environment.total_radiance) * (0.25f * kInvPi);
-  const float here = luminance(environment.radiance(mirrored));
+  const float here = luminance(environment.radiance_at(mirrored));
   return here > mean && mean > 0.0f ? here / mean : 1.0f;
 }
 

@@ -74,7 +74,11 @@ inline void PathStages::scatter_at(const accel::Ray& ray, const accel::Hit& hit,
   if (surface.layered) {
     const PathState& state = path.state;
     const Frame frame = Frame::with_tangent(surface.shading_normal, surface.layers.tangent);
-    surface.layers.bsdf.reflection_odds = reflection_odds(ray.direction, surface, state);
+    float& odds = surface.layers.bsdf.reflection_odds;
+    odds = 1.0f;
+    if (favors_reflection(surface, state))
+      odds = reflection_odds(sampled.mirrored ? *sampled.mirrored
+                                              : world->lights.environment.locate(mirrored(ray.direction, surface)));
     const LayersHere layers = resolve_layers(surface, frame, state, path.media, sampled.draws.choice.x);
     scatter(ray,
             Vertex{surface, hit, frame, GuidedBsdf(surface.bsdf, layers.parameters, frame, -ray.direction), ray.time,
@@ -124,7 +128,7 @@ template <typename Lights, typename Sink>
   if (path.surface) record_surface(ray, surface, &vertex.bsdf.bsdf(), state, *path.surface);
   if constexpr (Sink::kSplits) sink.first_surface(vertex, path);
   if (joins_light_paths<Sink>()) {
-    const float radius2 = find_light_path_scale(ray, vertex, path);
+    const float radius2 = find_light_path_scale(ray, vertex.hit, surface, path);
     if (reflects && radius2 > 0.0f) sink.gather_photons(vertex, path, radius2);
   }
   return reflects;
@@ -233,7 +237,7 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
   state.previous_normal = surface.light_normal();
   state.light_probabilities = vertex.sampled.light_probabilities;
   state.transparent_surfaces = 0;
-  if (crosses) cross_boundary(vertex, state, path.media);
+  if (crosses) cross_boundary(surface, *vertex.layers, state, path.media);
   sink.extend(path, {.origin = offset_ray_origin(surface, wi),
                      .t_min = 0.0f,
                      .direction = wi,

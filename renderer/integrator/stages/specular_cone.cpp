@@ -9,19 +9,12 @@
 
 namespace kindling {
 
-// Rays of a bundle diverge by the difference of the normals where they meet the surface: a mirror
-// doubles it, refraction multiplies it by (eta_i cos_i - eta_t cos_t) / eta_t (Igehy 1999, "Tracing
-// Ray Differentials", equations 15 and 18, across the plane of incidence). Its sign, by which a
-// lens may focus the bundle, is left out: behind a few surfaces of an uneven solid a bundle
-// diverges in one direction or the other, whatever the others did.
 RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface, const V3f& wi,
                       float eta, const RayCone& arriving) {
   const float bend = curvature_at(world, hit) * arriving.width_m;
   const float cosine = std::abs(wi.dot(surface.shading_normal));
-  if (wi.dot(surface.geometric_normal) > 0.0f) return {arriving.width_m, arriving.spread + 2.0f * cosine * bend};
-  const float sine2_before = std::min(eta * eta * (1.0f - cosine * cosine), 1.0f);
-  const float refraction = std::abs(std::sqrt(1.0f - sine2_before) / eta - cosine);
-  return {arriving.width_m, arriving.spread / eta + refraction * bend};
+  const bool reflected = wi.dot(surface.geometric_normal) > 0.0f;
+  return {arriving.width_m, spread_beyond(arriving.spread, bend, cosine, reflected, eta)};
 }
 
 // A normal that turns by alpha turns the refracted ray by |1 / eta - 1| alpha, to either side.

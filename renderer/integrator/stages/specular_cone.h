@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/ray_cone.h"
 #include "renderer/world/surface_point.h"
 #include "renderer/world/world_view.h"
@@ -12,8 +13,30 @@ namespace kindling {
 // are not round.
 inline constexpr float kMaxTurns = 0.08f;
 
+// Returns the spread of a cone after a reflection or refraction at a surface, where it arrives with
+// `spread` and its rays meet normals that differ by `bend` radians. `cosine` is that between the
+// next direction and the shading normal, in [0, 1]; `eta` is the index of refraction beyond over
+// that before.
+//
+// Rays of a bundle diverge by the difference of the normals where they meet the surface: a mirror
+// doubles it, refraction multiplies it by (eta_i cos_i - eta_t cos_t) / eta_t (Igehy 1999, "Tracing
+// Ray Differentials", equations 15 and 18, across the plane of incidence). Its sign, by which a
+// lens may focus the bundle, is left out: behind a few surfaces of an uneven solid a bundle
+// diverges in one direction or the other, whatever the others did.
+template <typename Real>
+[[nodiscard]] Real spread_beyond(const Real& spread, const Real& bend, const Real& cosine,
+                                 const MaskOf<Real>& reflected, const Real& eta) {
+  return select_result(
+      reflected, [&] { return Real(spread + 2.0f * cosine * bend); },
+      [&] {
+        const Real sine2_before = minimum(Real(eta * eta * (1.0f - cosine * cosine)), Real(1.0f));
+        const Real refraction = absolute(Real(square_root(Real(1.0f - sine2_before)) / eta - cosine));
+        return Real(spread / eta + refraction * bend);
+      });
+}
+
 // Returns PathState::specular_cone after a reflection or refraction into wi at a hit, where the
-// cone that arrives has its width. `eta` is the index of refraction beyond over that before.
+// cone that arrives has its width.
 [[nodiscard]] RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface,
                                     const V3f& wi, float eta, const RayCone& arriving);
 
