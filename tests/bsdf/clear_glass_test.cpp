@@ -4,6 +4,7 @@
 
 #include "renderer/bsdf/layered_bsdf.h"
 #include "tests/base/same_bits.h"
+#include "tests/bsdf/layered_materials.h"
 #include "tests/sampling/random.h"
 
 #include <gtest/gtest.h>
