@@ -11,8 +11,8 @@
 
 namespace kindling {
 
-// Conventions are those of DielectricLobe. In what follows Real is a float, or Lanes of several
-// microfacets; Each is a float, or Lanes where each has a material of its own.
+// Conventions are those of DielectricLobe. Real is a float for one microfacet, or Lanes for
+// several; Each is a float, or Lanes if every microfacet has a material of its own.
 
 inline constexpr float kMaxEta = 1e4f; // stands for an infinite index: F0 is 0.9996
 
@@ -101,8 +101,8 @@ template <typename Real, typename Each>
          layers.anisotropy <= 0.0f;
 }
 
-// LayeredBsdf where is_clear_glass(), without a film: with the same bits, and in lanes, which have
-// parameters and directions of their own.
+// The LayeredBsdf of clear glass without a film, with the same bits: of one surface, or of several
+// in lanes, each with its own parameters and direction.
 template <typename Real>
 class ClearGlassOf {
  public:
@@ -116,7 +116,7 @@ class ClearGlassOf {
     set_tint(saturate(p.base_color), cos_t_, split_);
   }
 
-  // sample() of the LayeredBsdf, which finds nothing, too, where the weight is black;
+  // LayeredBsdf::sample(), which also finds nothing where the weight is black. The lobe is
   // Lobe::transmission unless it reflects.
   [[nodiscard]] ClearSampleOf<Real> sample(const Real& u_lobe) const {
     return sample_clear(split_, wo_, cos_t_, eta_, odds_, u_lobe);

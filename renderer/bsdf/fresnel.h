@@ -65,7 +65,7 @@ template <typename Real>
 // - F0) / (1 - F0) replaces (1 - cos)^5. F is equal from both sides of the interface, and so is F',
 // which is that of the angle on the optically thinner side. Total internal reflection stays total,
 // since no index of refraction changes (KHR_materials_specular, "Interaction with other
-// extensions"). Of one material (float), or of several (Lanes).
+// extensions"). Each is a float for one material, or Lanes for several.
 template <typename Each>
 class SpecularFresnelOf {
  public:

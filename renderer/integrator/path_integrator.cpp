@@ -265,7 +265,7 @@ size_t PathIntegrator::draw_for_group(size_t first, size_t count, PathContext& c
     const SurfacePoint& surface = member.surface;
     if (!group.reached[i].is_hit() || !PathStages::reflects(surface, path.state)) continue;
     member.sampled.mirrored = nullptr;
-    if (stages_.favors_reflection(surface, path.state)) {
+    if (surface.layered && stages_.favors_reflection(surface, path.state)) {
       member.sampled.mirrored = &member.in_environment;
       group.to_environment[mirroring] = PathStages::mirrored(context.rays[first + i].direction, surface);
       locations[mirroring++] = &member.in_environment;

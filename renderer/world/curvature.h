@@ -58,8 +58,8 @@ template <typename Real>
   // The squared Frobenius norm of the gradient that has these changes along the edges.
   const Real squared = change1.length2() * edge2.length2() - 2.0f * change1.dot(change2) * edge1.dot(edge2) +
                        change2.length2() * edge1.length2();
-  const Real square_of_it = maximum(Real(0.5f * squared), Real(0.0f)) / (area2 * length2);
-  return select(minimum(area2, length2) > 0.0f, square_root(square_of_it), Real(0.0f));
+  const Real curvature2 = maximum(Real(0.5f * squared), Real(0.0f)) / (area2 * length2);
+  return select(minimum(area2, length2) > 0.0f, square_root(curvature2), Real(0.0f));
 }
 
 // The same at a hit; 0 without normals.

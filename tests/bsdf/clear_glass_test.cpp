@@ -11,13 +11,8 @@
 
 #include <vector>
 
-namespace kindling {
+namespace kindling::test {
 namespace {
-
-using test::lane_of;
-using test::Random;
-using test::random_direction;
-using test::same_bits;
 
 struct Glass {
   BsdfParameters base;
@@ -111,4 +106,4 @@ TEST(ClearGlass, IsNothingElse) {
 }
 
 } // namespace
-} // namespace kindling
+} // namespace kindling::test

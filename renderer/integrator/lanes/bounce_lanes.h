@@ -27,7 +27,7 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
   // The light of a shared tail alone counts from here on, but roulette as if all did.
   const Lanes guiding = select(shared_second_, so_far * max_component(weighted), so_far);
   const Vectors before = select(shared_second_, Vectors(Lanes(1.0f)), weighted);
-  const Lanes survival = minimum(Lanes(1.0f), square_root(Lanes(max_component(before) * guiding)));
+  const Lanes survival = survival_of(before, guiding);
   const LaneMask gambles = v.has_roulette & (shared_first_ == no);
   const Vectors throughput = select(gambles, before / survival, before);
   lanes &= packed((v.roulette < survival) | (gambles == no));
@@ -50,13 +50,14 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
     const PathState& state = *v.states[lane];
     const Lobe lobe = ((glossy >> lane) & 1U) != 0 ? Lobe::glossy : Lobe::diffuse;
-    const bool narrow = lobe == Lobe::glossy && drawn.pdf[lane] > kNarrowDensity;
+    const float* const ray = rays[lane];
+    const bool narrow = lobe == Lobe::glossy && states[lane][3] > kNarrowDensity;
     const RayCone cone = narrow && stages_.follows_specular_cone(state)
                              ? specular_cone(*stages_.world, context_.hits[v.numbers[lane]], v.members[lane]->surface,
-                                             lane_of(wi, lane), 1.0f, state.specular_cone)
+                                             V3f(ray[4], ray[5], ray[6]), 1.0f, state.specular_cone)
                              : kNoSpecularCone;
     if (stages_.light_paths) stages_.note_wide(v.members[lane]->surface, *v.states[lane]);
-    extend(v, lane, rays[lane], states[lane], lobe, cone);
+    extend(v, lane, ray, states[lane], lobe, cone);
   }
 }
 

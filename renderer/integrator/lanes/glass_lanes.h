@@ -14,8 +14,8 @@
 
 namespace kindling {
 
-// Nothing samples lights there, guides directions or shares paths, so that the next direction is
-// all of the vertex.
+// Nothing samples lights there, guides directions or shares paths, so only the next direction is
+// left to choose.
 template <typename Sink>
 bool VertexLanes<Sink>::is_glass_in_lanes(size_t number, const SurfacePoint& surface) const {
   const LayerParameters& layers = surface.layers.bsdf;
@@ -53,7 +53,7 @@ void VertexLanes<Sink>::shade_glass(VertexQueue& queue) {
   queue.count = 0;
   GatheredVertices::Each<PathStages::LayersHere> layers;
   LaneNumbers eta, odds;
-  for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) {
+  for (uint32_t lane = 0; lane < v.count; ++lane) {
     const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
     ShadeGroup::Member& member = *v.members[lane];
     SurfacePoint& surface = member.surface;
@@ -62,13 +62,15 @@ void VertexLanes<Sink>::shade_glass(VertexQueue& queue) {
     odds[lane] = stages_.favors_reflection(surface, path.state) ? stages_.reflection_odds(*member.sampled.mirrored) : 1;
     if (stages_.light_paths) stages_.find_boundary_scale(surface, path.state);
   }
+  for (uint32_t lane = v.count; lane < Lanes::kCount; ++lane) eta[lane] = odds[lane] = 1.0f;
   const auto drawn = ClearGlassOf<Lanes>(v.parameters, eta.load(), odds.load(), v.wo).sample(v.choice);
   const Vectors wi = v.frame.to_world(drawn.wi);
   const Vectors weighted = v.throughput * drawn.weight;
   const LaneMask no{};
   const LaneMask below = wi.dot(v.normal) < 0.0f;
-  const Lanes survival = minimum(Lanes(1.0f), square_root(Lanes(max_component(weighted) * v.guiding)));
-  const uint32_t lanes = packed(drawn.found & (below == (drawn.reflects == no)) & (is_black(weighted) == no) &
+  const LaneMask crosses = drawn.reflects == no;
+  const Lanes survival = survival_of(weighted, v.guiding);
+  const uint32_t lanes = packed(drawn.found & (below == crosses) & (is_black(weighted) == no) &
                                 ((v.roulette < survival) | (v.has_roulette == no))) &
                          ((1U << v.count) - 1U);
   const Vectors throughput = select(v.has_roulette, weighted / survival, weighted);
@@ -79,17 +81,17 @@ void VertexLanes<Sink>::shade_glass(VertexQueue& queue) {
   states.store_columns(columns);
   LaneNumbers spreads;
   spreads.store(glass_spread(v, wi, drawn.reflects, eta.load()));
-  const uint32_t reflects = packed(drawn.reflects);
+  const uint32_t crossing = packed(crosses);
   for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
-    const bool crosses = ((reflects >> lane) & 1U) == 0;
+    const bool leaves = ((crossing >> lane) & 1U) != 0; // to the other side
     const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
     const SurfacePoint& surface = v.members[lane]->surface;
-    if (stages_.light_paths) stages_.note_clear(surface, crosses, path.state);
+    if (stages_.light_paths) stages_.note_clear(surface, leaves, path.state);
     const RayCone cone =
         spreads[lane] < 0.0f ? kNoSpecularCone : RayCone{path.state.specular_cone.width_m, spreads[lane]};
-    extend(v, lane, rays[lane], states[lane], crosses ? Lobe::transmission : Lobe::glossy, cone);
-    if (crosses) PathStages::cross_boundary(surface, layers[lane], path.state, path.media);
+    extend(v, lane, rays[lane], states[lane], leaves ? Lobe::transmission : Lobe::glossy, cone);
+    if (leaves) PathStages::cross_boundary(surface, layers[lane], path.state, path.media);
   }
 }
 

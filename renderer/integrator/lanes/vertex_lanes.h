@@ -58,7 +58,7 @@ class VertexLanes {
   }
 
  private:
-  static constexpr uint32_t kMinGlassTogether = 2; // fewer are shaded faster alone
+  static constexpr uint32_t kMinGlassTogether = 2; // one by itself is shaded alone
   static constexpr RayCone kNoSpecularCone{.spread = -1.0f};
 
   using Vectors = Imath::Vec3<Lanes>;

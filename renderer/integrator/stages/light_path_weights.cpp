@@ -29,6 +29,29 @@ float weight_beside(const PathState& state, float ratio) {
   return weight_beside(LightPathView::share_of(state.first_share, state.last_share), ratio);
 }
 
+// Notes a direction, given a function that returns its narrow_steps() if the surface is a caster.
+template <typename NarrowSteps>
+void note_direction(const PathStages& stages, const SurfacePoint& surface, const NarrowSteps& narrow_steps_of_caster,
+                    bool crosses, PathState& state) {
+  const bool joins_here = state.narrow_so_far; // if it is not for the narrow lobes alone
+  if (!joins_here && state.light_path_scale == 0.0f) return;
+  const bool caster = stages.light_paths->is_caster(surface.material) && !is_left_out(surface, state);
+  const uint32_t narrow = caster ? narrow_steps_of_caster() : 0;
+  if (joins_here) {
+    state.narrow_so_far = narrow == LightPathView::kShares;
+    if (state.narrow_so_far) state.light_path_scale = 0.0f;
+    if (state.light_path_scale == 0.0f) return;
+    state.first_share = static_cast<uint8_t>(LightPathView::kShares - narrow);
+  } else {
+    state.last_share = static_cast<uint8_t>(narrow);
+  }
+  if (!is_boundary(surface) || !(stages.world->medium(surface.material).dispersion > 0.0f)) return;
+  if (LightPathView::mixes_colors(crosses, state.in_medium, state.wavelength_nm != 0.0f, state.reflected_undispersed))
+    state.light_path_scale = 0.0f;
+  else if (state.wavelength_nm == 0.0f && !crosses)
+    state.reflected_undispersed = true;
+}
+
 } // namespace
 
 float PathStages::find_light_path_scale(const accel::Ray& ray, const accel::Hit& hit, const SurfacePoint& surface,
@@ -77,33 +100,6 @@ bool PathStages::gathers_photons(const PathInFlight& path) const {
   if (!(light_paths->photons_per_pass > 0.0f) || path.state.wavelength_nm != 0.0f) return false;
   return !path.state.in_medium || is_black(world->medium(*path.media.innermost()).scattering);
 }
-
-namespace {
-
-// Notes a direction, given a function that returns its narrow_steps() if the surface is a caster.
-template <typename NarrowSteps>
-void note_direction(const PathStages& stages, const SurfacePoint& surface, const NarrowSteps& narrow_steps_of_caster,
-                    bool crosses, PathState& state) {
-  const bool joins_here = state.narrow_so_far; // if it is not for the narrow lobes alone
-  if (!joins_here && state.light_path_scale == 0.0f) return;
-  const bool caster = stages.light_paths->is_caster(surface.material) && !is_left_out(surface, state);
-  const uint32_t narrow = caster ? narrow_steps_of_caster() : 0;
-  if (joins_here) {
-    state.narrow_so_far = narrow == LightPathView::kShares;
-    if (state.narrow_so_far) state.light_path_scale = 0.0f;
-    if (state.light_path_scale == 0.0f) return;
-    state.first_share = static_cast<uint8_t>(LightPathView::kShares - narrow);
-  } else {
-    state.last_share = static_cast<uint8_t>(narrow);
-  }
-  if (!is_boundary(surface) || !(stages.world->medium(surface.material).dispersion > 0.0f)) return;
-  if (LightPathView::mixes_colors(crosses, state.in_medium, state.wavelength_nm != 0.0f, state.reflected_undispersed))
-    state.light_path_scale = 0.0f;
-  else if (state.wavelength_nm == 0.0f && !crosses)
-    state.reflected_undispersed = true;
-}
-
-} // namespace
 
 void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const {
   note_direction(

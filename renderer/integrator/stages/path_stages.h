@@ -115,14 +115,14 @@ struct PathStages {
     return !surface.layered || !surface.layers.boundary || settings.caustics != Caustics::full ||
            !is_clear_glass(surface.bsdf, surface.layers.bsdf);
   }
-  // True at clear glass, seen from outside: reflection is chosen by the environment that it shows.
+  // True if a surface with layers is clear glass that is met from outside.
   [[nodiscard]] bool favors_reflection(const SurfacePoint& surface, const PathState& state) const;
   // Returns the direction in which a surface mirrors a ray; unit.
   [[nodiscard]] static V3f mirrored(const V3f& direction, const SurfacePoint& surface) {
     return direction - surface.shading_normal * (2.0f * surface.shading_normal.dot(direction));
   }
-  // Returns LayerParameters::reflection_odds where they are favored, given mirrored() in the
-  // environment.
+  // Returns LayerParameters::reflection_odds there, given mirrored() in the environment; elsewhere
+  // they are 1.
   [[nodiscard]] float reflection_odds(const EnvironmentView::Location& mirrored) const;
   // Mixes the guides of directions into the BSDF of a surface: a GuidedBsdf, or a GuideMixture with
   // the surface's shading normal and lobes.

@@ -17,6 +17,14 @@ inline RayFootprint PathStages::measure_footprint(const accel::Ray& ray, float d
   return footprint;
 }
 
+// Returns the probability with which a path survives Russian roulette, given its throughput with
+// the next direction; `guiding` is that of PathState. The square root spares paths that may still
+// meet a bright light.
+template <typename Real>
+[[nodiscard]] Real survival_of(const Imath::Vec3<Real>& throughput, const Real& guiding) {
+  return minimum(Real(1.0f), square_root(Real(max_component(throughput) * guiding)));
+}
+
 inline const LightProbabilities* PathStages::learned_probabilities(const SurfacePoint& surface) const {
   return light_probabilities ? &light_probabilities->find(surface.position, surface.geometric_normal) : nullptr;
 }

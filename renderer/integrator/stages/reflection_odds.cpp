@@ -6,9 +6,9 @@ namespace kindling {
 
 bool PathStages::favors_reflection(const SurfacePoint& surface, const PathState& state) const {
   const LayerParameters& layers = surface.layers.bsdf;
-  return surface.layered && layers.transmission > 0.0f && surface.bsdf.roughness <= kStraightRoughness &&
-         !state.in_medium && (layers.thin_walled || surface.layers.entering) && !state.emission_only &&
-         world->lights.has_environment && world->lights.environment.width > 0;
+  return layers.transmission > 0.0f && surface.bsdf.roughness <= kStraightRoughness && !state.in_medium &&
+         (layers.thin_walled || surface.layers.entering) && !state.emission_only && world->lights.has_environment &&
+         world->lights.environment.width > 0;
 }
 
 // Glass reflects one path in twenty-five, seen from the front, so the image of a lamp in it is

@@ -212,12 +212,11 @@ inline void PathStages::sample_bounce(const Vertex& vertex, const PathInFlight& 
     }
   }
 
-  // Russian roulette by the square root of the throughput spares paths that may still meet a bright
-  // light. Narrow bounces do not count: what glass and mirrors show is to have as many as it has
-  // when it is seen directly. At a first surface that is shared it would change the density of what
-  // the path finds.
+  // Narrow bounces do not count for Russian roulette: what glass and mirrors show is to have as
+  // many as it has when it is seen directly. At a first surface that is shared it would change the
+  // density of what the path finds.
   if (state.roulette_bounces() >= settings.roulette_start_bounce && !shared_first) {
-    const float survival = std::min(1.0f, std::sqrt(max_component(state.throughput) * state.guiding));
+    const float survival = survival_of(state.throughput, state.guiding);
     if (vertex.sampled.draws.roulette >= survival) return;
     state.throughput /= survival;
   }

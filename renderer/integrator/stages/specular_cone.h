@@ -36,7 +36,7 @@ template <typename Real>
 }
 
 // Returns PathState::specular_cone after a reflection or refraction into wi at a hit, where the
-// cone that arrives has its width.
+// cone that arrives has its width; `eta` as above.
 [[nodiscard]] RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface,
                                     const V3f& wi, float eta, const RayCone& arriving);
 
