@@ -93,12 +93,17 @@ template <typename Real, typename Each>
               [&] { return Imath::Vec3<Real>(split.transmitted * Real(1.0f / (1.0f - probability))); })};
 }
 
-// Returns whether LayeredBsdf is the smooth boundary of a volume of glass and nothing else: light
-// is reflected and refracted into exact directions alone. A film may be on it.
+// Returns whether LayeredBsdf is the boundary of a volume of glass and nothing else, whatever its
+// roughness. A film may be on it.
+[[nodiscard]] inline bool is_bare_glass(const BsdfParameters& p, const LayerParameters& layers) {
+  return p.metallic <= 0.0f && layers.transmission >= 1.0f && !layers.thin_walled && layers.clearcoat <= 0.0f &&
+         max_component(layers.sheen_color) <= 0.0f && layers.anisotropy <= 0.0f;
+}
+
+// Returns whether it is smooth as well: light is reflected and refracted into exact directions
+// alone.
 [[nodiscard]] inline bool is_clear_glass(const BsdfParameters& p, const LayerParameters& layers) {
-  return p.roughness <= kStraightRoughness && p.metallic <= 0.0f && layers.transmission >= 1.0f &&
-         !layers.thin_walled && layers.clearcoat <= 0.0f && max_component(layers.sheen_color) <= 0.0f &&
-         layers.anisotropy <= 0.0f;
+  return p.roughness <= kStraightRoughness && is_bare_glass(p, layers);
 }
 
 // The LayeredBsdf of clear glass without a film, with the same bits: of one surface, or of several

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
+#include "renderer/base/on_gpu.h"
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/layer_parameters.h"
 
@@ -18,12 +20,14 @@ namespace kindling {
 //   q = R[F] - T[F]
 // With the Fresnel term a + b F (SpecularFresnel) in place of F and unchanged total reflection, the
 // albedo is e + a p + (b - 1) q.
-struct DielectricAlbedo {
-  float e = 1.0f; // in [0, 1]
-  float p = 0.0f;
-  float q = 0.0f;
-  float reflected = 0.0f; // fraction of e that is reflected, in [0, 1]
+template <typename Real>
+struct DielectricAlbedoOf {
+  Real e = 1.0f; // in [0, 1]
+  Real p = 0.0f;
+  Real q = 0.0f;
+  Real reflected = 0.0f; // fraction of e that is reflected, in [0, 1]
 };
+using DielectricAlbedo = DielectricAlbedoOf<float>;
 
 // Interfaces with 1 / 0.99 > eta > 0.99 do not bend light visibly (0.6 degrees at 45 degrees) and
 // are treated as smooth.
@@ -57,34 +61,47 @@ extern const DielectricTableNode
 // Four cosines with the microfacets visible under mu: the quartiles of GGX's distribution of slopes
 // along the plane of incidence. Each is weighted by itself, as it is seen; cosines of back-facing
 // facets are 0.
-struct SeenCosines {
-  float cosine[4];
-  float sum; // > 0
+template <typename Real>
+struct SeenCosinesOf {
+  Real cosine[4];
+  Real sum; // > 0
 };
-[[nodiscard]] inline SeenCosines seen_cosines(float mu, float alpha) {
+using SeenCosines = SeenCosinesOf<float>;
+template <typename Real>
+[[nodiscard]] SeenCosinesOf<Real> seen_cosines(const Real& mu, const Real& alpha) {
   constexpr float kSlopes[4] = {-1.1338934f, -0.2581989f, 0.2581989f,
                                 1.1338934f}; // v / sqrt(1 - v^2), v = -3/4, -1/4, ...
-  const float sine = safe_sqrt(1.0f - mu * mu);
-  SeenCosines seen = {};
+  const Real sine = safe_sqrt(1.0f - mu * mu);
+  SeenCosinesOf<Real> seen;
+  seen.sum = 0.0f;
   for (int i = 0; i < 4; ++i) {
-    const float slope = alpha * kSlopes[i];
-    seen.cosine[i] = std::max((mu + sine * slope) / std::sqrt(1.0f + slope * slope), 0.0f);
-    seen.sum += seen.cosine[i];
+    const Real slope = alpha * kSlopes[i];
+    seen.cosine[i] = maximum(Real((mu + sine * slope) / square_root(Real(1.0f + slope * slope))), Real(0.0f));
+    seen.sum = seen.sum + seen.cosine[i];
   }
   return seen;
 }
 // Returns a first guess of the reflected fraction: the smooth interface seen from the thinner side,
 // four facets seen from the denser side, where total reflection has a sharp onset.
-[[nodiscard]] inline float guessed_reflectance(float mu, float alpha, float eta) {
-  if (eta >= 1.0f) return dielectric_fresnel(mu, eta);
-  const SeenCosines seen = seen_cosines(mu, alpha);
-  float sum = 0.0f;
-  for (const float c : seen.cosine) sum += c * dielectric_fresnel(c, eta);
-  return sum / seen.sum;
+template <typename Real>
+[[nodiscard]] Real guessed_reflectance(const Real& mu, const Real& alpha, const Real& eta) {
+  return select_result(
+      eta >= 1.0f, [&] { return dielectric_fresnel(mu, eta); },
+      [&] {
+        const SeenCosinesOf<Real> seen = seen_cosines(mu, alpha);
+        Real sum = 0.0f;
+        for (const Real& c : seen.cosine) sum = sum + c * dielectric_fresnel(c, eta);
+        return Real(sum / seen.sum);
+      });
 }
 
 // mu in (0, 1], roughness in [kStraightRoughness, 1], alpha its square, eta > 0. The README states
 // the error, tested by tests/bsdf/dielectric_tables_test.cpp.
 [[nodiscard]] DielectricAlbedo dielectric_albedo(float mu, float roughness, float alpha, float eta);
+#if !KINDLING_ON_GPU
+// The same for eight, with the same bits.
+[[nodiscard]] DielectricAlbedoOf<Lanes> dielectric_albedo(const Lanes& mu, const Lanes& roughness, const Lanes& alpha,
+                                                          const Lanes& eta);
+#endif
 
 } // namespace kindling

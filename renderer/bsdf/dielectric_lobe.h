@@ -6,6 +6,7 @@
 #include "renderer/bsdf/clear_glass.h"
 #include "renderer/bsdf/fresnel.h"
 #include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/interface_facets.h"
 #include "renderer/bsdf/thin_film.h"
 
 #include <algorithm>
@@ -77,7 +78,9 @@ class DielectricLobe {
   [[nodiscard]] const Rgb& compensation() const { return scale_; }
   // True if there are only delta directions.
   [[nodiscard]] bool is_delta() const { return smooth_; }
-  [[nodiscard]] float alpha() const { return std::max(alpha_x_, alpha_y_); } // of the microfacets, the larger one
+  [[nodiscard]] float alpha() const {
+    return std::max(facets_.alpha_x, facets_.alpha_y);
+  } // of the microfacets, the larger one
   // Estimates of the directional albedos to each side, without straight_transmittance(). Exact for
   // smooth interfaces, and within the accuracy of the tables for rough ones seen from the thinner
   // side, or of the quadrature for anisotropic ones.
@@ -97,11 +100,6 @@ class DielectricLobe {
   [[nodiscard]] DielectricSplitOf<Real> split(const Real& cos_o, const Real& cos_t) const;
   template <typename Real>
   [[nodiscard]] Real reflection_probability(const DielectricSplitOf<Real>& split) const;
-  [[nodiscard]] V3f sample_visible_normal(const V2f& u) const;
-  template <typename Real>
-  [[nodiscard]] Real distribution(const Real& x2, const Real& y2, const Real& z2) const;
-  template <typename Real>
-  [[nodiscard]] Real stretched_length(const Imath::Vec3<Real>& w) const;
   // A microfacet that mirrors a direction.
   template <typename Real>
   struct Mirrored {
@@ -123,16 +121,12 @@ class DielectricLobe {
   [[nodiscard]] LinearFresnel linear_fresnel(float alpha) const;
   [[nodiscard]] float mean_cosine(float alpha) const;
 
-  V3f wo_;
-  float alpha_x_ = 0.0f;
-  float alpha_y_ = 0.0f;
+  InterfaceFacetsOf<float> facets_;
   float eta_ = 1.5f;
   bool thin_walled_ = false;
-  bool smooth_ = false;    // deltas only
-  bool transmits_ = true;  // false for a smooth thin wall
-  Rgb scale_{1.0f};        // 1 / single-scattering albedo
-  float t_o_ = 0.0f;       // length of the stretched wo
-  float cap_bound_ = 1.0f; // k of the bounded visible normals
+  bool smooth_ = false;   // deltas only
+  bool transmits_ = true; // false for a smooth thin wall
+  Rgb scale_{1.0f};       // 1 / single-scattering albedo
   SpecularFresnel fresnel_;
   Rgb tint_{1.0f};
   Rgb reflected_{0.0f};

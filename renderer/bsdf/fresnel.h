@@ -38,9 +38,11 @@ template <typename Real, typename Eta>
 }
 
 // Returns the exact reflectance of unpolarized light; 1 at total internal reflection.
-[[nodiscard]] inline float dielectric_fresnel(float cos_theta, float eta) {
-  const float cos_t = refracted_cosine(cos_theta, eta);
-  return cos_t > 0.0f ? dielectric_fresnel(cos_theta, cos_t, eta) : 1.0f;
+template <typename Real, typename Eta>
+[[nodiscard]] Real dielectric_fresnel(const Real& cos_theta, const Eta& eta) {
+  const Real cos_t = refracted_cosine(cos_theta, eta);
+  return select_result(
+      cos_t > 0.0f, [&] { return Real(dielectric_fresnel(cos_theta, cos_t, eta)); }, [] { return Real(1.0f); });
 }
 
 // Schlick 1994, as in glTF's appendix B.
@@ -58,6 +60,13 @@ template <typename Real>
   assert(cos_t >= 0.0f);
   const float inverse = 1.0f / eta;
   return (n * (w.dot(n) * inverse - cos_t) - w * inverse).normalized();
+}
+// The same in lanes; those of a negative cos_t have any result.
+[[nodiscard]] inline Imath::Vec3<Lanes> refracted_direction(const Imath::Vec3<Lanes>& w, const Imath::Vec3<Lanes>& n,
+                                                            const Lanes& cos_t, const Lanes& eta) {
+  const Lanes inverse = 1.0f / eta;
+  const Imath::Vec3<Lanes> bent = n * (w.dot(n) * inverse - cos_t) - w * inverse;
+  return bent / length_of(bent);
 }
 
 // KHR_materials_specular on an exact interface: F' = F0' + (F90' - F0') (F - F0) / (1 - F0), with

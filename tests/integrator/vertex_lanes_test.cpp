@@ -65,6 +65,31 @@ std::unique_ptr<const World> world_of_glass() {
           float_image(16, 8, [](int x, int y) { return Rgb(x == 5 && y < 3 ? 60.0f : 0.5f); }), 0.0f, 1.0f));
 }
 
+// Rough glass in turn: narrow, wide, tinted, dispersive, and of an index that bends no light.
+// Sheets of two kinds are open to the light behind them.
+std::unique_ptr<const World> world_of_rough_glass() {
+  const auto rough = [](float roughness, float ior) {
+    Material material = glass(ior);
+    material.roughness_factor = roughness;
+    return material;
+  };
+  Material tinted = absorbing(1.5f, Rgb(0.2f, 0.9f, 0.5f), 0.5f), prism = rough(0.2f, 1.6f);
+  tinted.roughness_factor = 0.4f;
+  tinted.base_color_factor = V4f(0.9f, 0.7f, 0.5f, 1.0f);
+  prism.dispersion = 2.0f;
+  std::vector<Primitive> primitives{quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 0),
+                                    quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 6),
+                                    quad(V3f(-1.5f, -1, 2), V3f(1.2f, 0, 0), V3f(0, 1.5f, 0), 3),
+                                    quad(V3f(0.5f, -1, 2), V3f(1.2f, 0, 0), V3f(0, 1.5f, 0), 4)};
+  for (int i = 0; i < 25; ++i)
+    primitives.push_back(
+        sphere(V3f(-2.0f + static_cast<float>(i % 5), -0.4f, -2.0f + static_cast<float>(i / 5)), 0.55f, 16, 1 + i % 5));
+  return make_world(make_scene({diffuse_material(Rgb(0.7f)), rough(0.1f, 1.5f), rough(0.6f, 1.3f), tinted, prism,
+                                rough(0.3f, 1.005f), emissive_material(Rgb(4.0f, 3.0f, 2.0f), Rgb(0.5f))},
+                               std::move(primitives)),
+                    accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f, 0.4f, 0.6f)));
+}
+
 constexpr V2i kLanesImage(16, 8);
 constexpr uint32_t kSamplesInLanes = 8;
 
@@ -137,16 +162,31 @@ TEST(VertexLanes, Glass) {
   expect_alone_as_together(*world, variant, "regularized caustics");
 }
 
+TEST(VertexLanes, RoughGlass) {
+  const auto world = world_of_rough_glass();
+  expect_alone_as_together(*world, {}, "rough glass");
+  Variant variant;
+  variant.settings.roulette_start_bounce = 0;
+  expect_alone_as_together(*world, variant, "early roulette");
+  variant.settings.direct_samples = 3;
+  variant.settings.reflection_samples = 2;
+  expect_alone_as_together(*world, variant, "several samples");
+  variant.settings.max_transmission_bounces = 2;
+  expect_alone_as_together(*world, variant, "few bounces");
+}
+
 TEST(VertexLanes, GlassBesidePhotons) {
-  const auto world = world_of_glass();
-  for (const float light_paths : {0.0f, 0.5f}) {
-    Variant variant;
-    variant.settings.photons = 1.0f;
-    variant.settings.light_paths = light_paths;
-    expect_alone_as_together(*world, variant, "photons");
-    variant.settings.direct_samples = 3;
-    variant.settings.reflection_samples = 2;
-    expect_alone_as_together(*world, variant, "photons beside several samples");
+  for (const auto& make : {world_of_glass, world_of_rough_glass}) {
+    const auto world = make();
+    for (const float light_paths : {0.0f, 0.5f}) {
+      Variant variant;
+      variant.settings.photons = 1.0f;
+      variant.settings.light_paths = light_paths;
+      expect_alone_as_together(*world, variant, "photons");
+      variant.settings.direct_samples = 3;
+      variant.settings.reflection_samples = 2;
+      expect_alone_as_together(*world, variant, "photons beside several samples");
+    }
   }
 }
 

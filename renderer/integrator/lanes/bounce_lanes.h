@@ -56,7 +56,7 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
                              ? specular_cone(*stages_.world, context_.hits[v.numbers[lane]], v.members[lane]->surface,
                                              V3f(ray[4], ray[5], ray[6]), 1.0f, state.specular_cone)
                              : kNoSpecularCone;
-    if (stages_.light_paths) stages_.note_wide(v.members[lane]->surface, *v.states[lane]);
+    if (stages_.light_paths) stages_.note_scattered(v.members[lane]->surface, 0, false, *v.states[lane]);
     extend(v, lane, ray, states[lane], lobe, cone);
   }
 }

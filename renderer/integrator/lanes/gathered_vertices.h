@@ -71,6 +71,25 @@ struct GatheredLights {
       : wi(directions), is_environment(LaneMask{} == 0), is_delta{}, there(lanes), distance(kInfinity) {}
 };
 
+// The boundaries of glass at which vertices are.
+struct GlassBoundaries {
+  GatheredVertices::Each<PathStages::LayersHere> layers;
+  Lanes eta; // LayerParameters::eta
+  // The spread of the specular cones that arrive, below 0 where there are none, and the radians by
+  // which normals within their width differ.
+  Lanes spread, bend;
+};
+
+// The next directions of paths at glass.
+struct GlassBounce {
+  LaneMask found, reflects;
+  Imath::Vec3<Lanes> wi, weight; // unit, in world space
+  Lanes pdf;                     // 0: exact directions
+  uint32_t light_samples;
+  LaneMask narrow;           // light paths find what is scattered into such a direction
+  uint32_t environment_left; // a bit for each: PathStages::leaves_environment()
+};
+
 // Shadow rays to one light sample of each vertex, and what they bring.
 struct ShadowLanes {
   LaneRows rays; // the first halves

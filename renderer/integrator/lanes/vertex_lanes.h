@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/base/lanes.h"
+#include "renderer/bsdf/rough_glass.h"
 #include "renderer/integrator/lanes/gathered_vertices.h"
 #include "renderer/integrator/stages/shade_path.h"
 
@@ -28,11 +29,7 @@ class VertexLanes {
   // Takes the active path `number` of the batch, a `member` of the group that is scattered at its
   // surface.
   void take(size_t number, ShadeGroup::Member& member) {
-    if (member.surface.layered && is_glass_in_lanes(number, member.surface)) {
-      glass_.add(number, member);
-      if (glass_.count == Lanes::kCount) shade_glass(glass_);
-      return;
-    }
+    if (member.surface.layered && is_glass_in_lanes(number, member.surface) && take_glass(number, member)) return;
     const bool lambertian = is_lambertian(member.surface.bsdf);
     if (member.surface.layered || is_alone_ || (lights_alone_ && lambertian) || is_caster(member.surface)) {
       shade_alone(static_cast<uint32_t>(number), member);
@@ -51,10 +48,16 @@ class VertexLanes {
       else
         shade_each_alone(queue);
     }
-    if (glass_.count >= kMinGlassTogether)
-      shade_glass(glass_);
+    if (clear_glass_.count >= kMinGlassTogether)
+      shade_glass(clear_glass_);
     else
-      shade_each_alone(glass_);
+      shade_each_alone(clear_glass_);
+    for (VertexQueue& queue : rough_glass_) {
+      if (queue.count >= kMinGlassTogether)
+        shade_rough_glass(queue);
+      else
+        shade_each_alone(queue);
+    }
   }
 
  private:
@@ -91,12 +94,24 @@ class VertexLanes {
   // Gathers the photons around a vertex, and notes what light paths find from there on.
   void join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
 
-  // Clear glass (glass_lanes.h). is_glass_in_lanes() returns whether a vertex with layers is glass
-  // that shade_glass() can take.
+  // Glass (glass_lanes.h). is_glass_in_lanes() returns whether a vertex with layers is glass that
+  // may be taken; take_glass() takes it, unless it is rough and is to be shaded alone.
   [[nodiscard]] bool is_glass_in_lanes(size_t number, const SurfacePoint& surface) const;
-  void shade_glass(VertexQueue& queue);
-  [[nodiscard]] Lanes glass_spread(const GatheredVertices& v, const Vectors& wi, const LaneMask& reflected,
-                                   const Lanes& eta) const;
+  [[nodiscard]] bool take_glass(size_t number, ShadeGroup::Member& member);
+  void shade_glass(VertexQueue& queue); // clear
+  [[nodiscard]] GlassBoundaries boundaries_at(const GatheredVertices& v) const;
+  [[nodiscard]] Lanes glass_spread(const GatheredVertices& v, const GlassBoundaries& here, const Vectors& wi,
+                                   const LaneMask& reflected) const;
+  void extend_glass(const GatheredVertices& v, const GlassBoundaries& here, const GlassBounce& bounce, uint32_t lanes);
+  // Rough glass (rough_glass_lanes.h).
+  using RoughGlass = RoughGlassOf<Lanes>;
+  void shade_rough_glass(VertexQueue& queue);
+  [[nodiscard]] static LaneMask is_narrow(const RoughGlass& glass, const Lanes& pdf);
+  [[nodiscard]] uint32_t leaves_environment(const GatheredVertices& v, const GlassBoundaries& here) const;
+  void light_glass(const GatheredVertices& v, const GlassBoundaries& here, const RoughGlass& glass,
+                   uint32_t light_samples, uint32_t left, uint32_t lanes);
+  void weigh_glass(const GatheredVertices& v, const GlassBoundaries& here, const RoughGlass& glass,
+                   uint32_t light_samples, uint32_t number, uint32_t left, uint32_t lanes, ShadowLanes& shadows);
 
   void shade(VertexQueue& queue);
   // Return one vertex as those are that are shaded alone; `frame` is borrowed.
@@ -176,7 +191,8 @@ class VertexLanes {
   bool lights_alone_;                 // the light samples of no vertex are found in lanes
   bool prepares_;                     // paths are shared, or directions guided
   std::array<VertexQueue, 4> queues_; // with microfacets or Lambertian, each: later surfaces, first ones
-  VertexQueue glass_;
+  VertexQueue clear_glass_;
+  std::array<VertexQueue, 2> rough_glass_; // later surfaces, first ones
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
   LaneMask shared_first_, shared_second_;        // their first and second surfaces
@@ -256,3 +272,4 @@ bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, co
 #include "renderer/integrator/lanes/bounce_lanes.h"
 #include "renderer/integrator/lanes/glass_lanes.h"
 #include "renderer/integrator/lanes/light_lanes.h"
+#include "renderer/integrator/lanes/rough_glass_lanes.h"

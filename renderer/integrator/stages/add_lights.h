@@ -271,7 +271,7 @@ inline void PathStages::light_vertex(const Vertex& vertex, const LightSample& li
   if (!(density > 0.0f)) return;
   Rgb contribution = state.throughput * eval.value * light.radiance * (surface.alpha * weight / density);
   if (state.in_medium || (side < 0.0f && vertex.layers && surface.layers.boundary))
-    contribution *= transmittance_to_light(vertex, side, light.distance, path);
+    contribution *= transmittance_to_light(surface, vertex.layers, side, light.distance, path);
   if (joins_light_paths<Sink>()) contribution *= light_path_weight(vertex, light, side, state);
   const accel::Ray ray = shadow_ray(vertex, light, number, path);
   sink.offer_light(vertex, light, contribution);

@@ -107,30 +107,31 @@ void PathStages::note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& 
       scattered.cosine < 0.0f, state);
 }
 
-void PathStages::note_clear(const SurfacePoint& surface, bool crosses, PathState& state) const {
+void PathStages::note_scattered(const SurfacePoint& surface, uint32_t narrow, bool crosses, PathState& state) const {
   note_direction(
-      *this, surface, [] { return LightPathView::kShares; }, crosses, state);
+      *this, surface, [narrow] { return narrow; }, crosses, state);
 }
 
-void PathStages::note_wide(const SurfacePoint& surface, PathState& state) const {
-  assert(!light_paths->is_caster(surface.material));
-  note_direction(
-      *this, surface, [] { return 0U; }, false, state);
+bool PathStages::light_is_shared(const SurfacePoint& surface, float side, const PathState& state) const {
+  // At the first surface the scale is still 0: light paths have a caster.
+  if (state.light_path_scale == 0.0f || !light_paths->is_caster(surface.material) || is_left_out(surface, state))
+    return false;
+  const bool light_in_medium = side > 0.0f ? state.in_medium : !is_boundary(surface) || surface.layers.entering;
+  if (light_in_medium) return false;
+  return !is_boundary(surface) || !(world->medium(surface.material).dispersion > 0.0f) ||
+         !LightPathView::mixes_colors(side < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
+                                      state.reflected_undispersed);
 }
 
 float PathStages::light_path_weight(const Vertex& vertex, const LightSample& light, float side,
                                     const PathState& state) const {
-  const SurfacePoint& surface = vertex.surface;
-  // At the first surface the scale is still 0: light paths have a caster.
-  if (state.light_path_scale == 0.0f || !light_paths->is_caster(surface.material) || is_left_out(surface, state))
-    return 1.0f;
-  const bool light_in_medium = side > 0.0f ? state.in_medium : !is_boundary(surface) || surface.layers.entering;
-  if (light_in_medium) return 1.0f;
-  if (is_boundary(surface) && world->medium(surface.material).dispersion > 0.0f &&
-      LightPathView::mixes_colors(side < 0.0f, state.in_medium, state.wavelength_nm != 0.0f,
-                                  state.reflected_undispersed))
-    return 1.0f;
-  const float share = LightPathView::share_of(state.first_share, narrow_steps(vertex, light.wi, false));
+  if (!light_is_shared(vertex.surface, side, state)) return 1.0f;
+  return light_path_weight(vertex.surface, vertex.time, light, narrow_steps(vertex, light.wi, false), state);
+}
+
+float PathStages::light_path_weight(const SurfacePoint& surface, float time, const LightSample& light, uint32_t narrow,
+                                    const PathState& state) const {
+  const float share = LightPathView::share_of(state.first_share, narrow);
   const float scale = std::abs(state.light_path_scale);
   const EmissionView& emission = light_paths->emission;
   const auto triangles = static_cast<uint32_t>(world->lights.triangles.size());
@@ -138,9 +139,9 @@ float PathStages::light_path_weight(const Vertex& vertex, const LightSample& lig
       light.kind == LightKind::environment
           ? emission.environment_density(world->lights.environment.eval(light.wi), surface.position, -light.wi)
       : light.emitter < triangles
-          ? emission.triangle_density(light.emitter, vertex.surface.position + light.wi * light.distance, -light.wi,
-                                      light.normal.dot(light.wi), vertex.time)
-          : emission.punctual_density(light.emitter - triangles, vertex.surface.position, -light.wi, vertex.time);
+          ? emission.triangle_density(light.emitter, surface.position + light.wi * light.distance, -light.wi,
+                                      light.normal.dot(light.wi), time)
+          : emission.punctual_density(light.emitter - triangles, surface.position, -light.wi, time);
   return weight_beside(share, scale * density);
 }
 

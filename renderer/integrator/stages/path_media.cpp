@@ -74,12 +74,12 @@ Rgb PathStages::medium_transmittance(const MediumStack& media, float distance) c
   return exp_negative(world->medium(*media.innermost()).extinction * distance);
 }
 
-Rgb PathStages::transmittance_to_light(const Vertex& vertex, float side, float distance,
-                                       const PathInFlight& path) const {
+Rgb PathStages::transmittance_to_light(const SurfacePoint& surface, const LayersHere* layers, float side,
+                                       float distance, const PathInFlight& path) const {
   PathState state = path.state;
   MediumStack media = state.in_medium ? path.media : MediumStack{};
   state.throughput = Rgb(1.0f);
-  if (side < 0.0f && vertex.layers) cross_boundary(vertex.surface, *vertex.layers, state, media);
+  if (side < 0.0f && layers) cross_boundary(surface, *layers, state, media);
   return state.in_medium ? state.throughput * medium_transmittance(media, distance) : state.throughput;
 }
 

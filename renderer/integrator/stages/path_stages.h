@@ -121,8 +121,7 @@ struct PathStages {
   [[nodiscard]] static V3f mirrored(const V3f& direction, const SurfacePoint& surface) {
     return direction - surface.shading_normal * (2.0f * surface.shading_normal.dot(direction));
   }
-  // Returns LayerParameters::reflection_odds there, given mirrored() in the environment; elsewhere
-  // they are 1.
+  // Returns LayerParameters::reflection_odds there, given the location of mirrored(); else it is 1.
   [[nodiscard]] float reflection_odds(const EnvironmentView::Location& mirrored) const;
   // Mixes the guides of directions into the BSDF of a surface: a GuidedBsdf, or a GuideMixture with
   // the surface's shading normal and lobes.
@@ -329,11 +328,14 @@ struct PathStages {
   // Notes the share that light paths find of what is scattered into a direction, and what else
   // excludes them. Called before the path crosses the surface.
   void note_scattered(const Vertex& vertex, const GuidedBsdf::Sample& scattered, PathState& state) const;
-  // The same at clear glass, whose directions are exact, and at a surface that is no caster.
-  void note_clear(const SurfacePoint& surface, bool crosses, PathState& state) const;
-  void note_wide(const SurfacePoint& surface, PathState& state) const;
-  // Return the weights of a light sample, of an emitter that was hit, of the environment, and of a
-  // shape, by its number among LightSetView::punctuals.
+  // The same, given LightPathView::narrow_steps(), which count only at casters.
+  void note_scattered(const SurfacePoint& surface, uint32_t narrow, bool crosses, PathState& state) const;
+  // Return the weights of a light sample (1 unless light_is_shared(); `narrow` as above), of an
+  // emitter that was hit, of the environment, and of a shape, by its number among
+  // LightSetView::punctuals.
+  [[nodiscard]] bool light_is_shared(const SurfacePoint& surface, float side, const PathState& state) const;
+  [[nodiscard]] float light_path_weight(const SurfacePoint& surface, float time, const LightSample& light,
+                                        uint32_t narrow, const PathState& state) const;
   [[nodiscard]] float light_path_weight(const Vertex& vertex, const LightSample& light, float side,
                                         const PathState& state) const;
   [[nodiscard]] float emission_weight(const accel::Ray& ray, const SurfacePoint& surface, const PathState& state) const;
@@ -342,11 +344,9 @@ struct PathStages {
   [[nodiscard]] float shape_weight(const accel::Ray& ray, uint32_t punctual, const PathState& state) const;
   void add_shapes_beside_light_paths(const accel::Ray& ray, const accel::Hit& hit, const PathInFlight& path) const;
 
-  // Layers and media (path_media.cpp).
-  //
-  // Completes the surface's layers with what depends on the path: indices of refraction and
-  // wavelength, by the media on both sides, and the coat's normal, by the frame. `media` is read
-  // only if state.in_medium.
+  // Layers and media (path_media.cpp). Completes the surface's layers with what depends on the
+  // path: indices of refraction and wavelength, by the media on both sides, and the coat's normal,
+  // by the frame. `media` is read only if state.in_medium.
   [[nodiscard]] LayersHere resolve_layers(SurfacePoint& surface, const Frame& frame, const PathState& state,
                                           const MediumStack& media, float u_wavelength) const;
   // The same without a frame, for layers without a coat.
@@ -363,10 +363,10 @@ struct PathStages {
   [[nodiscard]] V3f scatter_direction(const V3f& direction, const V3f& position, float g, const SampleAddress& address,
                                       PathState& state) const;
   [[nodiscard]] Rgb medium_transmittance(const MediumStack& media, float distance) const;
-  // Returns the transmittance between a vertex and a light on the side of wo (side > 0) or beyond
-  // the surface; beyond, it includes the weight of the wavelength.
-  [[nodiscard]] Rgb transmittance_to_light(const Vertex& vertex, float side, float distance,
-                                           const PathInFlight& path) const;
+  // Returns the transmittance between a surface and a light on the side of wo (side > 0) or beyond
+  // the surface; beyond, it includes the weight of the wavelength. `layers` may be null.
+  [[nodiscard]] Rgb transmittance_to_light(const SurfacePoint& surface, const LayersHere* layers, float side,
+                                           float distance, const PathInFlight& path) const;
   // Partial coverage and thin walls (path_transparency.cpp).
   [[nodiscard]] static bool passes_through(float probability, const PathInFlight& path);
   [[nodiscard]] static bool passes_through(const Vertex& vertex, const PathInFlight& path);

@@ -17,13 +17,10 @@ RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const Surfa
   return {arriving.width_m, spread_beyond(arriving.spread, bend, cosine, reflected, eta)};
 }
 
-// A normal that turns by alpha turns the refracted ray by |1 / eta - 1| alpha, to either side.
 bool bundle_covers_lobe(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface, float eta,
                         const RayCone& arriving, float specular_scale) {
-  const float alpha = surface.bsdf.roughness * surface.bsdf.roughness;
-  const float lobe = 2.0f * std::abs(1.0f / eta - 1.0f) * alpha;
   const RayCone leaving = specular_cone(world, hit, surface, -surface.shading_normal, eta, arriving);
-  return std::min(leaving.spread * specular_scale, kMaxTurns) * (2.0f * kPi) > lobe;
+  return lobe_is_covered(surface.bsdf.roughness, eta, leaving.spread, specular_scale);
 }
 
 } // namespace kindling

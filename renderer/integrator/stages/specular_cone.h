@@ -40,8 +40,17 @@ template <typename Real>
 [[nodiscard]] RayCone specular_cone(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface,
                                     const V3f& wi, float eta, const RayCone& arriving);
 
-// Returns whether the bundle of rays that such a cone stands for would leave rough glass wider than
-// the lobe of a ray along the normal. `specular_scale` is PathStages::specular_scale.
+// Returns whether the bundle of rays that a cone of this spread stands for is wider than the lobe
+// of rough glass around a ray along the normal. `specular_scale` is PathStages::specular_scale. A
+// normal that turns by alpha turns the refracted ray by |1 / eta - 1| alpha, to either side.
+template <typename Real>
+[[nodiscard]] MaskOf<Real> lobe_is_covered(const Real& roughness, const Real& eta, const Real& spread,
+                                           float specular_scale) {
+  const Real lobe = 2.0f * absolute(Real(1.0f / eta - 1.0f)) * (roughness * roughness);
+  return minimum(Real(spread * specular_scale), Real(kMaxTurns)) * (2.0f * kPi) > lobe;
+}
+
+// The same of a bundle that leaves the glass at a hit, where it arrives as such a cone.
 [[nodiscard]] bool bundle_covers_lobe(const WorldView& world, const accel::Hit& hit, const SurfacePoint& surface,
                                       float eta, const RayCone& arriving, float specular_scale);
 
