@@ -179,6 +179,22 @@ template <typename F, typename G>
 
 [[nodiscard]] inline V3f lane_of(const Imath::Vec3<Lanes>& v, size_t lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
 
+// Returns lane i ^ other of x in each lane i; other < 8.
+[[nodiscard]] inline Lanes exchanged(const Lanes& x, uint32_t other) {
+#ifdef __AVX2__
+  const Int8 from = Int8{0, 1, 2, 3, 4, 5, 6, 7} ^ static_cast<int32_t>(other);
+  return Lanes(
+      static_cast<Float8>(_mm256_permutevar8x32_ps(static_cast<__m256>(x.v), reinterpret_cast<__m256i>(from))));
+#else
+  Lanes result;
+  for (uint32_t i = 0; i < Lanes::kCount; ++i) result.v[i] = x.v[i ^ other];
+  return result;
+#endif
+}
+[[nodiscard]] inline Imath::Vec3<Lanes> exchanged(const Imath::Vec3<Lanes>& v, uint32_t other) {
+  return {exchanged(v.x, other), exchanged(v.y, other), exchanged(v.z, other)};
+}
+
 // Memory in which lanes are filled or read one by one.
 struct LaneNumbers {
   alignas(32) float values[Lanes::kCount];

@@ -183,12 +183,15 @@ void GltfBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const {
   for (size_t i = 0; i < wi.size(); ++i) evals.set(i, eval(wi[i]));
 }
 
-template <>
-Rgb GltfBsdf::diffuse_value(const V3f& wi) const {
-  if (!(wi.z > 0.0f)) return Rgb(0.0f);
-  if (is_lambert()) return diffuse_ * wi.z;
-  const GgxAlbedo seen = table_(wi.z);
-  return diffuse_ * (std::max(base_constant_ + base_e_ * seen.e + base_b_ * seen.b, 0.0f) * wi.z);
+template <typename Real>
+Imath::Vec3<Real> GltfBsdfOf<Real>::diffuse_value(const Vector& wi) const {
+  const auto above = wi.z > 0.0f;
+  const Vector none(Real(0.0f));
+  if (!any(above)) return none;
+  if (is_lambert()) return select(above, diffuse_ * wi.z, none);
+  const GgxAlbedoOf<Real> seen = table_(wi.z);
+  const Real through = maximum(Real(base_constant_ + base_e_ * seen.e + base_b_ * seen.b), Real(0.0f));
+  return select(above, diffuse_ * Real(through * wi.z), none);
 }
 
 template <>

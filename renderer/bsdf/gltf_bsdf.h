@@ -101,7 +101,7 @@ class GltfBsdfOf {
   // for the choice of techniques. Exact up to the interpolation of the tables.
   [[nodiscard]] Vector albedo() const { return albedo_; }
   // Returns the diffuse lobe's part of eval().value.
-  [[nodiscard]] Rgb diffuse_value(const V3f& wi) const;
+  [[nodiscard]] Vector diffuse_value(const Vector& wi) const;
   [[nodiscard]] LobeAlbedos lobe_albedos() const;
   // Returns the probability with which sample() uses the visible normals; else it uses the cosine
   // lobe. 0: Lambert.
@@ -150,8 +150,6 @@ template <>
 void GltfBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const;
 template <>
 std::optional<BsdfSample> GltfBsdf::sample(float u_lobe, const V2f& u) const;
-template <>
-Rgb GltfBsdf::diffuse_value(const V3f& wi) const;
 template <>
 LobeAlbedos GltfBsdf::lobe_albedos() const;
 template <>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/film/film.h"
+#include "renderer/integrator/lanes/reuse_lanes.h"
 #include "renderer/integrator/stages/reuse_paths.h"
 #include "renderer/sampling/sample_range.h"
 
@@ -25,9 +26,16 @@ struct PathReuse {
   std::vector<PixelRect> blocks;  // of the batch: whole ones
   std::vector<ReusedPath> paths;  // by slot
   std::vector<ReuseGroup> groups; // by slot
-  std::vector<ReuseLink> links;   // by slot and place
+  std::vector<ReuseLink> links;   // by slot and place, where light is split
+  // Each group once, with all places, and by these numbers its links and their rays.
+  std::vector<ReuseGroup> whole_groups;
+  std::vector<GroupLinks> group_links;
+  std::vector<LinkRays> group_rays;
+  std::vector<uint32_t> places; // by slot: number of the group * kMaxPathReuse + lane
   std::vector<accel::Ray> rays;
-  std::vector<uint32_t> ray_links; // the link that a ray is for
+  // The link that a ray is for: its number in `links`, or else (number of the group *
+  // kMaxPathReuse + place) * kMaxPathReuse + lane.
+  std::vector<uint32_t> ray_links;
   std::vector<uint8_t> occluded;
 };
 

@@ -202,5 +202,23 @@ TEST(VertexLanes, GuidedToPatches) {
   }
 }
 
+// Paths whose light is split into passes are linked one by one.
+TEST(VertexLanes, LinksBetweenPixels) {
+  const BrightPatch above{V3f(0, 3, 0), V3f(1, 0, 1), 3, 10.0f};
+  const Guide guide{BrightPatches(std::span(&above, 1)), {}};
+  const auto world = colorful_world();
+  for (const int paths : {1, 2, 4, 8}) {
+    for (const Guide* const found : {static_cast<const Guide*>(nullptr), &guide}) {
+      Variant variant;
+      variant.settings.path_reuse = paths;
+      variant.guide = found;
+      const std::vector<float> together = film_in_lanes(*world, variant, false).resolve(Aov::beauty);
+      for (const AovInfo& info : kAovs)
+        if (is_light_pass(info.aov)) variant.aovs.insert(info.aov);
+      EXPECT_TRUE(same_bits(together, film_in_lanes(*world, variant, false).resolve(Aov::beauty))) << paths;
+    }
+  }
+}
+
 } // namespace
 } // namespace kindling::test

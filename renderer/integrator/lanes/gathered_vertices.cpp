@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/lanes/gathered_vertices.h"
 
+#include "renderer/integrator/lanes/load_structs.h"
+
 #include <cassert>
 
 namespace kindling {
@@ -9,19 +11,6 @@ namespace {
 
 // The light sample of vertices that have none.
 const LightSample kNoLight{.wi = V3f(0.0f, 0.0f, 1.0f), .distance = kInfinity, .pdf = 1.0f};
-
-// Returns four consecutive floats of each object, from the one that is `offset` bytes behind its
-// start.
-template <typename T>
-std::array<Lanes, 4> columns_at(const std::array<T*, Lanes::kCount>& objects, size_t offset) {
-  assert(offset % sizeof(float) == 0 && offset + 4 * sizeof(float) <= sizeof(T));
-  std::array<const float*, Lanes::kCount> rows;
-  for (size_t i = 0; i < Lanes::kCount; ++i)
-    rows[i] = reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(objects[i]) + offset);
-  return load_columns(rows);
-}
-
-Imath::Vec3<Lanes> vector_of(const std::array<Lanes, 4>& columns) { return {columns[0], columns[1], columns[2]}; }
 
 } // namespace
 

@@ -5,6 +5,7 @@
 #include "renderer/base/lanes.h"
 #include "renderer/bsdf/rough_glass.h"
 #include "renderer/integrator/lanes/gathered_vertices.h"
+#include "renderer/integrator/lanes/load_structs.h"
 #include "renderer/integrator/stages/shade_path.h"
 
 #include <array>
@@ -165,24 +166,6 @@ class VertexLanes {
   // guiding. `specular_cone`: of PathState.
   void extend(const GatheredVertices& v, uint32_t lane, const float* ray, const float* scattered, Lobe lobe,
               const RayCone& specular_cone);
-
-  // Rays as their first eight floats, and completed.
-  [[nodiscard]] static LaneRows first_halves(const Vectors& origin, const Vectors& direction, const Lanes& length) {
-    Lanes columns[Lanes::kCount] = {origin.x, origin.y, origin.z, 0.0f, direction.x, direction.y, direction.z, length};
-    LaneRows rows;
-    rows.store_columns(columns);
-    return rows;
-  }
-  [[nodiscard]] static accel::Ray ray_of(const float* half, uint32_t key, float time, uint32_t index, uint32_t flags) {
-    return {.origin = {half[0], half[1], half[2]},
-            .t_min = half[3],
-            .direction = {half[4], half[5], half[6]},
-            .t_max = half[7],
-            .key = key,
-            .time = time,
-            .index = index,
-            .flags = flags};
-  }
 
   const PathStages& stages_;
   PathContext& context_;
