@@ -51,7 +51,8 @@ struct Surfaces {
   Vectors position, origin, geometric_normal, shading_normal;
   BsdfParametersOf<Lanes> bsdf;
 
-  Surfaces(const Members& members, size_t offset) {
+  // `lanes` has a bit for each path that has the surface.
+  Surfaces(const Members& members, size_t offset, uint32_t lanes) {
     const auto columns = [&](size_t member) { return members.columns(offset + member); };
     static_assert(offsetof(ReusedSurface, origin) == 3 * sizeof(float) &&
                   offsetof(ReusedSurface, geometric_normal) == 6 * sizeof(float) &&
@@ -59,7 +60,8 @@ struct Surfaces {
                   offsetof(ReusedSurface, bsdf) == 12 * sizeof(float));
     const auto first = columns(0), second = columns(4 * sizeof(float)), third = columns(8 * sizeof(float));
     position = vector_of(first), origin = {first[3], second[0], second[1]};
-    geometric_normal = {second[2], second[3], third[0]}, shading_normal = {third[1], third[2], third[3]};
+    geometric_normal = {second[2], second[3], third[0]};
+    shading_normal = select(lane_mask(lanes), Vectors(third[1], third[2], third[3]), Vectors(0.0f, 0.0f, 1.0f));
     constexpr size_t kBsdf = offsetof(ReusedSurface, bsdf);
     const auto base = columns(kBsdf + offsetof(BsdfParameters, base_color));
     const auto others = columns(kBsdf + offsetof(BsdfParameters, roughness));
@@ -180,7 +182,8 @@ void link_group(const PathStages& stages, const ReuseView& view, const ReuseGrou
     rays.traced[place] = 0;
   }
   if (members.receive == 0 || members.give == 0) return;
-  const Surfaces first(members, offsetof(ReusedPath, first)), second(members, offsetof(ReusedPath, second));
+  const Surfaces first(members, offsetof(ReusedPath, first), members.receive),
+      second(members, offsetof(ReusedPath, second), members.give);
   const auto set_link = [&](uint32_t place, uint32_t lanes, const Vectors& value, const Lanes& pdf, const Lanes& ratio,
                             const Vectors& direction) {
     links[place].value.store(value * ratio);
@@ -229,13 +232,12 @@ void share_group(const ReuseView& view, const ReuseGroup& group, const GroupLink
     density = density + exchanged(links[place].density.load(), place);
   const uint32_t give = members.give & packed(density > 0.0f);
   if (give == 0) return;
-  const BsdfParametersOf<Lanes> parameters = Surfaces(members, offsetof(ReusedPath, second)).bsdf;
-  const FrameOf<Lanes> frame =
-      FrameOf<Lanes>::around(members.vectors(offsetof(ReusedPath, second) + offsetof(ReusedSurface, shading_normal)));
+  const Surfaces second(members, offsetof(ReusedPath, second), give);
+  const FrameOf<Lanes> frame = FrameOf<Lanes>::around(second.shading_normal);
   const auto light_of = [&](const Vectors& light, const Vectors& wi, const Lanes& scale) -> std::optional<LightOf> {
     const uint32_t lanes = give & ~packed(is_black(light));
     if (lanes == 0) return std::nullopt;
-    return LightOf{lanes, light, scale, wi.dot(frame.normal), MixedBsdfs(parameters, frame.to_local(wi))};
+    return LightOf{lanes, light, scale, wi.dot(frame.normal), MixedBsdfs(second.bsdf, frame.to_local(wi))};
   };
   const auto tail_wi = members.columns(offsetof(ReusedPath, tail_wi));
   static_assert(offsetof(ReusedPath, tail_pdf) == offsetof(ReusedPath, tail_wi) + 3 * sizeof(float));
