@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/clear_glass.h"
 
-#include "renderer/bsdf/layered_bsdf.h"
 #include "tests/base/same_bits.h"
-#include "tests/bsdf/layered_materials.h"
-#include "tests/sampling/random.h"
+#include "tests/bsdf/any_glass.h"
 
 #include <gtest/gtest.h>
 
@@ -14,29 +12,13 @@
 namespace kindling::test {
 namespace {
 
-struct Glass {
-  BsdfParameters base;
-  LayerParameters layers;
-  V3f wo;
-};
-
-// Any index of refraction, of which some are matched or infinite, seen from any direction; some
-// absorbs all light that is not totally reflected.
-Glass any_glass(Random& random) {
-  Glass glass;
+// Any index of refraction, of which some are matched or infinite.
+AnyGlass any_clear_glass(Random& random) {
   const uint64_t kind = random.next_u64() % 16;
-  glass.base.base_color = kind == 0 ? Rgb(0.0f) : Rgb{random.next_1d(), 1.0f, 1.2f * random.next_1d()};
-  glass.base.metallic = 0.0f;
+  AnyGlass glass(random, kind);
   glass.base.roughness = kStraightRoughness * random.next_1d();
-  glass.base.specular = kind <= 1 ? 0.0f : std::min(2.0f * random.next_1d(), 1.0f);
-  glass.base.specular_color = Rgb{1.0f, 30.0f * random.next_1d(), random.next_1d()};
-  glass.layers.transmission = 1.0f;
-  glass.layers.thin_walled = false;
-  glass.layers.eta = kind == 2 ? 0.0f : kind == 3 ? 1.0f : 0.4f + 2.0f * random.next_1d();
+  glass.layers.eta = kind == 4 ? 0.0f : kind == 5 ? 1.0f : 0.4f + 2.0f * random.next_1d();
   glass.layers.reflection_odds = kind < 8 ? 1.0f : 1.0f + 50.0f * random.next_1d();
-  glass.layers.diffuse_transmission = kind == 9 ? 0.5f : 0.0f; // of a base that is not there
-  glass.wo = random_direction(random);
-  glass.wo.z = kind == 4 ? 0.0f : std::abs(glass.wo.z);
   return glass;
 }
 
@@ -45,20 +27,16 @@ TEST(ClearGlass, HasTheBitsOfLayersInLanes) {
   size_t absorbed = 0, reflected = 0, refracted = 0;
   for (int i = 0; i < 30'000; ++i) {
     std::vector<LayeredBsdf> alone;
-    LaneVectors base_color, specular_color, wo;
-    LaneNumbers roughness, specular, eta, odds, choice;
+    GlassInLanes lanes;
+    LaneNumbers choice;
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
-      const Glass glass = any_glass(random);
+      const AnyGlass glass = any_clear_glass(random);
       ASSERT_TRUE(is_clear_glass(glass.base, glass.layers));
       alone.emplace_back(glass.base, glass.layers, glass.wo);
-      base_color.set(lane, glass.base.base_color), specular_color.set(lane, glass.base.specular_color);
-      roughness[lane] = glass.base.roughness, specular[lane] = glass.base.specular;
-      eta[lane] = glass.layers.eta, odds[lane] = glass.layers.reflection_odds;
-      wo.set(lane, glass.wo), choice[lane] = random.next_1d();
+      lanes.set(lane, glass);
+      choice[lane] = random.next_1d();
     }
-    const BsdfParametersOf<Lanes> parameters{base_color.load(),    0.0f, roughness.load(), 1.5f, specular.load(),
-                                             specular_color.load()};
-    const ClearGlassOf<Lanes> together(parameters, eta.load(), odds.load(), wo.load());
+    const ClearGlassOf<Lanes> together(lanes.parameters(), lanes.eta.load(), lanes.odds.load(), lanes.wo.load());
     const ClearSampleOf<Lanes> drawn = together.sample(choice.load());
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
       const std::optional<BsdfSample> sample = alone[lane].sample(choice[lane], V2f(0.5f));

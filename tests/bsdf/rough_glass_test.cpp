@@ -2,42 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/bsdf/rough_glass.h"
 
-#include "renderer/bsdf/layered_bsdf.h"
 #include "tests/base/same_bits.h"
-#include "tests/bsdf/layered_materials.h"
-#include "tests/sampling/random.h"
+#include "tests/bsdf/any_glass.h"
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <vector>
 
 namespace kindling::test {
 namespace {
 
-struct RoughSurface {
-  BsdfParameters base;
-  LayerParameters layers;
-  V3f wo;
-};
-
-// Any index of refraction that is not matched, seen from any direction; some of it absorbs all
-// light that is not totally reflected.
-RoughSurface any_rough_glass(Random& random) {
-  RoughSurface glass;
+// Any index of refraction that is not matched, of which some are infinite.
+AnyGlass any_rough_glass(Random& random) {
   const uint64_t kind = random.next_u64() % 16;
-  glass.base.base_color = kind == 0 ? Rgb(0.0f) : Rgb{random.next_1d(), 1.0f, 1.2f * random.next_1d()};
-  glass.base.metallic = 0.0f;
-  glass.base.roughness = kind == 1 ? 1.5f : std::max(random.next_1d(), 1.001f * kStraightRoughness);
-  glass.base.specular = kind == 0 || kind == 2 ? 0.0f : std::min(2.0f * random.next_1d(), 1.0f);
-  glass.base.specular_color = Rgb{1.0f, 30.0f * random.next_1d(), random.next_1d()};
-  glass.layers.transmission = 1.0f;
-  glass.layers.thin_walled = false;
+  AnyGlass glass(random, kind);
+  glass.base.roughness = kind == 4 ? 1.5f : std::max(random.next_1d(), 1.001f * kStraightRoughness);
   const float index = 1.02f + 1.5f * random.next_1d();
-  glass.layers.eta = kind == 3 ? 0.0f : kind < 10 ? index : 1.0f / index;
-  glass.layers.diffuse_transmission = kind == 4 ? 0.5f : 0.0f; // of a base that is not there
-  glass.wo = random_direction(random);
-  glass.wo.z = kind == 5 ? 0.0f : std::abs(glass.wo.z);
+  glass.layers.eta = kind == 5 ? 0.0f : kind < 10 ? index : 1.0f / index;
   return glass;
 }
 
@@ -47,19 +28,14 @@ struct Together {
   std::vector<RoughGlassOf<Lanes>> lanes; // one
 
   explicit Together(Random& random) {
-    LaneVectors base_color, specular_color, wo;
-    LaneNumbers roughness, specular, eta;
+    GlassInLanes together;
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
-      const RoughSurface glass = any_rough_glass(random);
+      const AnyGlass glass = any_rough_glass(random);
       EXPECT_TRUE(is_rough_glass(glass.base, glass.layers) && !is_matched(valid_eta(glass.layers.eta)));
       alone.emplace_back(glass.base, glass.layers, glass.wo);
-      base_color.set(lane, glass.base.base_color), specular_color.set(lane, glass.base.specular_color);
-      roughness[lane] = glass.base.roughness, specular[lane] = glass.base.specular;
-      eta[lane] = glass.layers.eta, wo.set(lane, glass.wo);
+      together.set(lane, glass);
     }
-    const BsdfParametersOf<Lanes> parameters{base_color.load(),    0.0f, roughness.load(), 1.5f, specular.load(),
-                                             specular_color.load()};
-    lanes.emplace_back(parameters, eta.load(), wo.load());
+    lanes.emplace_back(together.parameters(), together.eta.load(), together.wo.load());
   }
 };
 
