@@ -10,6 +10,23 @@
 
 namespace kindling {
 
+// Samples a normal that wo sees, of any length; u in [0, 1)^2. Uniform on a spherical cap in the
+// space where the microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling Visible GGX
+// Normals with Spherical Caps"). `stretched`: the length of wo stretched by both alphas;
+// `cap_bound`: k of the bounded visible normals, 1 for all of them.
+template <typename Real, typename Each>
+[[nodiscard]] Imath::Vec3<Real> sample_ggx_normal(const Imath::Vec3<Each>& wo, const Each& alpha_x, const Each& alpha_y,
+                                                  const Each& stretched, const Each& cap_bound,
+                                                  const Imath::Vec2<Real>& u) {
+  const Each stretch = 1.0f / stretched;
+  const Imath::Vec3<Each> view(wo.x * alpha_x * stretch, wo.y * alpha_y * stretch, wo.z * stretch);
+  const Real height = u.y * (1.0f + cap_bound * view.z); // 1 - z of the point on the cap
+  const Real radius = safe_sqrt(height * (2.0f - height));
+  const auto phi = sincos_turns(u.x);
+  return {(radius * phi.cos + view.x) * alpha_x, (radius * phi.sin + view.y) * alpha_y,
+          maximum(Real(1.0f - height + view.z), Real(0.0f))};
+}
+
 // Reflects on the side of wo, a unit vector with wo.z > 0. alpha_x along local x and alpha_y along
 // local y are in [kMinAlpha, 1]. With alpha_x = alpha_y these are the formulas of GltfBsdf.
 class GgxLobe {
@@ -56,17 +73,9 @@ class GgxLobe {
 
   [[nodiscard]] float max_alpha() const { return alpha_x_ > alpha_y_ ? alpha_x_ : alpha_y_; }
 
-  // Returns a unit direction, possibly below the horizon (the sample is then absorbed). Uniform on
-  // a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub 2023,
-  // "Sampling Visible GGX Normals with Spherical Caps").
+  // Returns a unit direction, possibly below the horizon (the sample is then absorbed).
   [[nodiscard]] V3f sample(const V2f& u) const {
-    const float stretch = 1.0f / t_o_;
-    const V3f view(wo_.x * alpha_x_ * stretch, wo_.y * alpha_y_ * stretch, wo_.z * stretch);
-    const float height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
-    const float radius = safe_sqrt(height * (2.0f - height));
-    const SinCos phi = sincos_turns(u.x);
-    const V3f normal((radius * phi.cos + view.x) * alpha_x_, (radius * phi.sin + view.y) * alpha_y_,
-                     std::max(1.0f - height + view.z, 0.0f));
+    const V3f normal = sample_ggx_normal(wo_, alpha_x_, alpha_y_, t_o_, cap_bound_, u);
     return normal * (2.0f * wo_.dot(normal) / normal.length2()) - wo_;
   }
 

@@ -3,6 +3,7 @@
 #include "renderer/bsdf/gltf_bsdf.h"
 
 #include "renderer/bsdf/bsdf_ranges.h"
+#include "renderer/bsdf/ggx_lobe.h"
 #include "renderer/sampling/warp.h"
 
 #include <cassert>
@@ -130,20 +131,10 @@ BsdfEvalOf<Real> GltfBsdfOf<Real>::eval(const Vector& wi) const {
           select(above, there.reflection_pdf, none)};
 }
 
-// Uniform on a spherical cap in the space where the microfacets are a hemisphere (Dupuy and Benyoub
-// 2023, "Sampling Visible GGX Normals with Spherical Caps"). The density of the reflection is D
-// pdf_factor_.
+// The density of the reflection is D pdf_factor_.
 template <typename Real>
 Imath::Vec3<Real> GltfBsdfOf<Real>::sample_reflection(const Imath::Vec2<Real>& u) const {
-  const Real stretch = 1.0f / t_o_;
-  const Vector view(wo_.x * alpha_ * stretch, wo_.y * alpha_ * stretch, wo_.z * stretch);
-  const Real height = u.y * (1.0f + cap_bound_ * view.z); // 1 - z of the point on the cap
-  const Real radius = safe_sqrt(height * (2.0f - height));
-  const auto phi = sincos_turns(u.x);
-  const Real x = (radius * phi.cos + view.x) * alpha_;
-  const Real y = (radius * phi.sin + view.y) * alpha_;
-  const Real z = 1.0f - height + view.z;
-  const Vector normal(x, y, maximum(z, Real(0.0f)));
+  const Vector normal = sample_ggx_normal(wo_, alpha_, alpha_, t_o_, cap_bound_, u);
   const Real scale = 2.0f * wo_.dot(normal) / normal.length2();
   return normal * scale - wo_;
 }

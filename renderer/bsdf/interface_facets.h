@@ -5,7 +5,7 @@
 #include "renderer/base/lanes.h"
 #include "renderer/base/math.h"
 #include "renderer/bsdf/fresnel.h"
-#include "renderer/sampling/warp.h"
+#include "renderer/bsdf/ggx_lobe.h"
 
 namespace kindling {
 
@@ -78,19 +78,11 @@ struct InterfaceFacetsOf {
     return probability * 2.0f * at.d * visible_normals() * at.cos_o * at.jacobian;
   }
 
-  // Samples a normal that wo sees; u in [0, 1)^2. Uniform on a spherical cap in the space where the
-  // microfacets are a hemisphere (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
-  // Spherical Caps").
+  // Samples a normal that wo sees, of unit length; u in [0, 1)^2.
   template <typename Real>
   [[nodiscard]] Imath::Vec3<Real> sample_normal(const Imath::Vec2<Real>& u) const {
     using Vector = Imath::Vec3<Real>;
-    const Real stretch = 1.0f / t_o;
-    const Vector view(wo.x * alpha_x * stretch, wo.y * alpha_y * stretch, wo.z * stretch);
-    const Real height = u.y * (1.0f + cap_bound * view.z); // 1 - z of the point on the cap
-    const Real radius = safe_sqrt(height * (2.0f - height));
-    const auto phi = sincos_turns(u.x);
-    const Vector normal((radius * phi.cos + view.x) * alpha_x, (radius * phi.sin + view.y) * alpha_y,
-                        maximum(Real(1.0f - height + view.z), Real(0.0f)));
+    const Vector normal = sample_ggx_normal(wo, alpha_x, alpha_y, t_o, cap_bound, u);
     const Real length2 = normal.length2();
     return select(length2 > 0.0f, normal * Real(1.0f / square_root(length2)), Vector(0.0f, 0.0f, 1.0f));
   }

@@ -17,9 +17,10 @@ struct AnyGlass {
   LayerParameters layers;
   V3f wo;
 
-  // Of any color, seen from any direction; its roughness and its index of refraction are left to
-  // the caller. `kind`: 0 absorbs all light that is not totally reflected, 1 reflects none
-  // elsewhere, 2 is seen from the horizon, 3 has diffuse transmission of a base that is not there.
+  // Draws any color and any view; the caller sets roughness and index of refraction. Glass of kind
+  // 0 absorbs all light that it does not reflect totally, and kinds 0 and 1 reflect no other light.
+  // Kind 2 is seen from the horizon, and kind 3 transmits diffuse light through a base that is not
+  // there.
   AnyGlass(Random& random, uint64_t kind) {
     base.base_color = kind == 0 ? Rgb(0.0f) : Rgb{random.next_1d(), 1.0f, 1.2f * random.next_1d()};
     base.metallic = 0.0f;

@@ -127,6 +127,12 @@ void expect_alone_as_together(const Variant& variant, const char* words) {
   expect_alone_as_together(*colorful_world(), variant, words);
 }
 
+// A patch above the scene.
+Guide guide_to_lamp() {
+  const BrightPatch above{V3f(0, 3, 0), V3f(1, 0, 1), 3, 10.0f};
+  return {BrightPatches(std::span(&above, 1)), {}};
+}
+
 TEST(VertexLanes, OneLightSample) {
   expect_alone_as_together({}, "one light sample");
   Variant variant;
@@ -148,32 +154,26 @@ TEST(VertexLanes, SeveralLightSamplesAndReflectionSamples) {
     }
 }
 
-TEST(VertexLanes, Glass) {
-  const auto world = world_of_glass();
-  expect_alone_as_together(*world, {}, "glass");
+void expect_glass_alone_as_together(const World& world) {
+  expect_alone_as_together(world, {}, "glass");
   Variant variant;
   variant.settings.roulette_start_bounce = 0;
-  expect_alone_as_together(*world, variant, "early roulette");
-  variant.settings.max_bounces = 3;
-  expect_alone_as_together(*world, variant, "few bounces");
-  for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);
-  expect_alone_as_together(*world, variant, "AOVs");
-  variant.settings.caustics = Caustics::regularized;
-  expect_alone_as_together(*world, variant, "regularized caustics");
-}
-
-TEST(VertexLanes, RoughGlass) {
-  const auto world = world_of_rough_glass();
-  expect_alone_as_together(*world, {}, "rough glass");
-  Variant variant;
-  variant.settings.roulette_start_bounce = 0;
-  expect_alone_as_together(*world, variant, "early roulette");
+  expect_alone_as_together(world, variant, "early roulette");
   variant.settings.direct_samples = 3;
   variant.settings.reflection_samples = 2;
-  expect_alone_as_together(*world, variant, "several samples");
+  expect_alone_as_together(world, variant, "several samples");
+  variant.settings.max_bounces = 3;
+  expect_alone_as_together(world, variant, "few bounces");
   variant.settings.max_transmission_bounces = 2;
-  expect_alone_as_together(*world, variant, "few bounces");
+  expect_alone_as_together(world, variant, "few transmissions");
+  for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);
+  expect_alone_as_together(world, variant, "AOVs");
+  variant.settings.caustics = Caustics::regularized;
+  expect_alone_as_together(world, variant, "regularized caustics");
 }
+
+TEST(VertexLanes, Glass) { expect_glass_alone_as_together(*world_of_glass()); }
+TEST(VertexLanes, RoughGlass) { expect_glass_alone_as_together(*world_of_rough_glass()); }
 
 TEST(VertexLanes, GlassBesidePhotons) {
   for (const auto& make : {world_of_glass, world_of_rough_glass}) {
@@ -191,8 +191,7 @@ TEST(VertexLanes, GlassBesidePhotons) {
 }
 
 TEST(VertexLanes, GuidedToPatches) {
-  const BrightPatch above{V3f(0, 3, 0), V3f(1, 0, 1), 3, 10.0f};
-  const Guide guide{BrightPatches(std::span(&above, 1)), {}};
+  const Guide guide = guide_to_lamp();
   for (const int lights : {1, 4}) {
     Variant variant;
     variant.guide = &guide;
@@ -204,8 +203,7 @@ TEST(VertexLanes, GuidedToPatches) {
 
 // Paths whose light is split into passes are linked one by one.
 TEST(VertexLanes, LinksBetweenPixels) {
-  const BrightPatch above{V3f(0, 3, 0), V3f(1, 0, 1), 3, 10.0f};
-  const Guide guide{BrightPatches(std::span(&above, 1)), {}};
+  const Guide guide = guide_to_lamp();
   const auto world = colorful_world();
   for (const int paths : {1, 2, 4, 8}) {
     for (const Guide* const found : {static_cast<const Guide*>(nullptr), &guide}) {

@@ -22,7 +22,7 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
   const Vectors weighted = v.throughput * drawn.weight;
   const LaneMask no{};
   lanes &= packed(drawn.found & ((wi.dot(v.normal) < 0.0f) == no) & (is_black(weighted) == no));
-  const Lanes so_far = guided_ != 0 ? v.guiding * (drawn.pdf / drawn.bsdf_pdf) : v.guiding;
+  const Lanes so_far = guides_.guided() != 0 ? v.guiding * (drawn.pdf / drawn.bsdf_pdf) : v.guiding;
   if (prepares_ || !context_.surfaces.empty()) note_directions(v, drawn, lanes);
   // The light of a shared tail alone counts from here on, but roulette as if all did.
   const Lanes guiding = select(shared_second_, so_far * max_component(weighted), so_far);
@@ -67,7 +67,7 @@ typename VertexLanes<Sink>::Scattered VertexLanes<Sink>::draw(const GatheredVert
   LaneNumbers choice;
   choice.store(v.choice);
   LaneVectors from_guide;
-  uint32_t guided = lanes & guided_, followed = 0, lost = 0; // followed: they have a direction of the guide
+  uint32_t guided = lanes & guides_.guided(), followed = 0, lost = 0; // followed: they have a direction of the guide
   for (uint32_t rest = guided; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
     const GuideMixture& guide = guides_[lane];
@@ -85,7 +85,7 @@ typename VertexLanes<Sink>::Scattered VertexLanes<Sink>::draw(const GatheredVert
                    drawn.pdf,   drawn.pdf,    drawn.reflection_pdf};
   guided &= ~(followed | lost);
   if (guided != 0) {
-    result.pdf = mixed(drawn.pdf, drawn.wi.z, result.wi, guided & packed(drawn.found));
+    result.pdf = guides_.mixed(drawn.pdf, drawn.wi.z, result.wi, guided & packed(drawn.found));
     result.weight = select(lane_mask(guided), Vectors(drawn.weight * Lanes(drawn.pdf / result.pdf)), drawn.weight);
   }
   if (lost != 0) result.found &= lane_mask(~lost);
@@ -99,7 +99,7 @@ void VertexLanes<Sink>::follow(const GatheredVertices& v, const Bsdf& bsdf, cons
   const Vectors local = v.frame.to_local(wi);
   const BsdfEvalOf<Lanes> eval = bsdf.eval(local);
   const LaneMask found = (is_black(eval.value) == LaneMask{}) & (eval.pdf > 0.0f);
-  const Lanes pdf = mixed(eval.pdf, local.z, wi, lanes & packed(found));
+  const Lanes pdf = guides_.mixed(eval.pdf, local.z, wi, lanes & packed(found));
   LaneMask glossy{};
   for (uint32_t rest = lanes & packed(found); rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));

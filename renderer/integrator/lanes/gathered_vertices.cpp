@@ -26,18 +26,12 @@ GatheredVertices::GatheredVertices(const VertexQueue& queue, const PathStages& s
     special |= states[i]->in_medium || surface.guarded || surface.alpha < 1.0f ? 1U << i : 0U;
     has_roulette[i] = states[i]->roulette_bounces() >= stages.settings.roulette_start_bounce ? -1 : 0;
   }
-  constexpr size_t kSurface = offsetof(ShadeGroup::Member, surface), kBsdf = kSurface + offsetof(SurfacePoint, bsdf);
+  constexpr size_t kSurface = offsetof(ShadeGroup::Member, surface);
   constexpr size_t kDraws = offsetof(ShadeGroup::Member, sampled) + offsetof(SurfaceDraws, draws);
   const auto place = columns_at(members, kSurface + offsetof(SurfacePoint, position));
   static_assert(offsetof(SurfacePoint, position_error) == offsetof(SurfacePoint, position) + 3 * sizeof(float));
   const auto geometric = columns_at(members, kSurface + offsetof(SurfacePoint, geometric_normal));
   const auto shading = columns_at(members, kSurface + offsetof(SurfacePoint, shading_normal));
-  const auto base = columns_at(members, kBsdf + offsetof(BsdfParameters, base_color));
-  static_assert(offsetof(BsdfParameters, metallic) == offsetof(BsdfParameters, base_color) + 3 * sizeof(float));
-  const auto others = columns_at(members, kBsdf + offsetof(BsdfParameters, roughness));
-  static_assert(offsetof(BsdfParameters, ior) == offsetof(BsdfParameters, roughness) + sizeof(float));
-  const auto tint = columns_at(members, kBsdf + offsetof(BsdfParameters, specular));
-  static_assert(offsetof(BsdfParameters, specular_color) == offsetof(BsdfParameters, specular) + sizeof(float));
   const auto first_draws = columns_at(members, kDraws + offsetof(BounceDraws, choice));
   static_assert(offsetof(BounceDraws, direction) == offsetof(BounceDraws, choice) + 2 * sizeof(float));
   const auto more_draws = columns_at(members, kDraws + offsetof(BounceDraws, light));
@@ -51,7 +45,7 @@ GatheredVertices::GatheredVertices(const VertexQueue& queue, const PathStages& s
   position_error = place[3];
   normal = vector_of(geometric);
   frame = FrameOf<Lanes>::around(vector_of(shading));
-  parameters = {vector_of(base), base[3], others[0], others[1], tint[0], {tint[1], tint[2], tint[3]}};
+  parameters = bsdf_parameters_at(members, kSurface + offsetof(SurfacePoint, bsdf));
   wo = frame.to_local(-vector_of(ray));
   throughput = vector_of(arriving);
   spread = cone[1], guiding = cone[2];

@@ -94,7 +94,7 @@ void VertexLanes<Sink>::weigh(const GatheredVertices& v, const Bsdf& bsdf, const
   BsdfEvalOf<Lanes> eval = bsdf.eval(local);
   const LaneMask no{};
   shadows.lit = lanes & lights.there & packed((lights.wi.dot(v.normal) > 0.0f) & (is_black(eval.value) == no));
-  if ((shadows.lit & guided_) != 0) eval.pdf = mixed(eval.pdf, local.z, lights.wi, shadows.lit & guided_);
+  eval.pdf = guides_.mixed(eval.pdf, local.z, lights.wi, shadows.lit);
   const auto [density, weight] =
       PathStages::weight_of(counts, lights.pdf, eval.pdf, eval.reflection_pdf, lights.is_environment,
                             reflected ? no == 0 : no, lights.is_delta);
@@ -123,17 +123,6 @@ void VertexLanes<Sink>::add_shadow(const GatheredVertices& v, uint32_t lane, uin
     light_class = kReusedLight;
   }
   sink_.add_shadow(ray, {shadows.contributions[lane], slot, light_class});
-}
-
-template <typename Sink>
-Lanes VertexLanes<Sink>::mixed(const Lanes& pdf, const Lanes& cosine, const Vectors& wi, uint32_t lanes) const {
-  LaneNumbers result;
-  result.store(pdf);
-  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
-    if (result[lane] > 0.0f) result[lane] = guides_[lane].mixed(result[lane], cosine[lane], lane_of(wi, lane));
-  }
-  return result.load();
 }
 
 } // namespace kindling

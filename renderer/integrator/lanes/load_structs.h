@@ -4,6 +4,7 @@
 
 #include "accel/ray.h"
 #include "renderer/base/lanes.h"
+#include "renderer/bsdf/gltf_bsdf.h"
 
 #include <array>
 #include <cassert>
@@ -25,6 +26,18 @@ template <typename T>
 
 [[nodiscard]] inline Imath::Vec3<Lanes> vector_of(const std::array<Lanes, 4>& columns) {
   return {columns[0], columns[1], columns[2]};
+}
+
+// Returns the BSDF parameters of each object, by their offset.
+template <typename T>
+[[nodiscard]] BsdfParametersOf<Lanes> bsdf_parameters_at(const std::array<T*, Lanes::kCount>& objects, size_t offset) {
+  const auto base = columns_at(objects, offset + offsetof(BsdfParameters, base_color));
+  static_assert(offsetof(BsdfParameters, metallic) == offsetof(BsdfParameters, base_color) + 3 * sizeof(float));
+  const auto others = columns_at(objects, offset + offsetof(BsdfParameters, roughness));
+  static_assert(offsetof(BsdfParameters, ior) == offsetof(BsdfParameters, roughness) + sizeof(float));
+  const auto tint = columns_at(objects, offset + offsetof(BsdfParameters, specular));
+  static_assert(offsetof(BsdfParameters, specular_color) == offsetof(BsdfParameters, specular) + sizeof(float));
+  return {vector_of(base), base[3], others[0], others[1], tint[0], {tint[1], tint[2], tint[3]}};
 }
 
 // Returns the first eight floats of rays that start at t = 0.

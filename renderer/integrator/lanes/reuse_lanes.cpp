@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrator/lanes/reuse_lanes.h"
 
+#include "renderer/integrator/lanes/guide_lanes.h"
 #include "renderer/integrator/lanes/load_structs.h"
-#include "renderer/integrator/stages/guide_mixture.h"
 
 #include <bit>
 #include <cstddef>
-#include <new>
 #include <optional>
 
 namespace kindling {
@@ -62,11 +61,7 @@ struct Surfaces {
     position = vector_of(first), origin = {first[3], second[0], second[1]};
     geometric_normal = {second[2], second[3], third[0]};
     shading_normal = select(lane_mask(lanes), Vectors(third[1], third[2], third[3]), Vectors(0.0f, 0.0f, 1.0f));
-    constexpr size_t kBsdf = offsetof(ReusedSurface, bsdf);
-    const auto base = columns(kBsdf + offsetof(BsdfParameters, base_color));
-    const auto others = columns(kBsdf + offsetof(BsdfParameters, roughness));
-    const auto tint = columns(kBsdf + offsetof(BsdfParameters, specular));
-    bsdf = {vector_of(base), base[3], others[0], others[1], tint[0], {tint[1], tint[2], tint[3]}};
+    bsdf = bsdf_parameters_at(members.paths, offset + offsetof(ReusedSurface, bsdf));
   }
 };
 
@@ -115,53 +110,17 @@ class MixedBsdfs {
   std::optional<GltfBsdfOf<Lanes>> matte_, glossy_;
 };
 
-// The straight ways from first surfaces to second ones.
-struct Ways {
-  Vectors direction;          // unit
-  Lanes solid_angle_per_area; // 0: there is none
-};
-Ways ways_between(const Vectors& from, const Vectors& to, const Vectors& normal_there) {
-  const Vectors difference = to - from;
-  const Lanes distance2 = difference.length2();
-  const Vectors direction = difference / square_root(distance2);
-  return {direction, select(distance2 > 0.0f, -direction.dot(normal_there) / distance2, Lanes(0.0f))};
+// Guides the first surfaces of some lanes.
+void guide_all(const PathStages& stages, const Members& members, const MixedBsdfs& bsdfs, uint32_t lanes,
+               GuideLanes& guides) {
+  LaneNumbers glossy, alpha;
+  glossy.store(bsdfs.glossy_probability()), alpha.store(bsdfs.alpha());
+  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
+    const ReusedSurface& surface = members.paths[lane]->first;
+    guides.guide(lane, stages, surface.position, surface.shading_normal, {glossy[lane], alpha[lane]});
+  }
 }
-
-// The guides of first surfaces.
-class Guides {
- public:
-  Guides(const PathStages& stages, const Members& members, const MixedBsdfs& bsdfs, uint32_t lanes) {
-    if (!stages.guides_directions()) return;
-    LaneNumbers glossy, alpha;
-    glossy.store(bsdfs.glossy_probability()), alpha.store(bsdfs.alpha());
-    for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
-      const ReusedSurface& surface = members.paths[lane]->first;
-      new (&mixtures_[lane]) GuideMixture; // not cleared
-      stages.guide(mixtures_[lane], surface.position, surface.shading_normal, GuidableLobes{glossy[lane], alpha[lane]});
-      if (mixtures_[lane].is_guided()) guided_ |= 1U << lane;
-    }
-  }
-
-  // Returns the densities of some lanes as they are mixed.
-  [[nodiscard]] Lanes mixed(const Lanes& pdf, const Lanes& cosine, const Vectors& wi, uint32_t lanes) const {
-    if ((lanes & guided_) == 0) return pdf;
-    LaneNumbers result, cosines;
-    LaneVectors directions;
-    result.store(pdf), cosines.store(cosine), directions.store(wi);
-    for (uint32_t rest = lanes & guided_; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
-      result[lane] = mixtures_[lane].mixed(result[lane], cosines[lane], directions[lane]);
-    }
-    return result.load();
-  }
-
- private:
-  uint32_t guided_ = 0; // a bit for each
-  union {
-    Each<GuideMixture> mixtures_;
-  };
-};
 
 // What second surfaces reflect of light that comes from one direction each: LightFrom in lanes.
 struct LightOf {
@@ -190,7 +149,7 @@ void link_group(const PathStages& stages, const ReuseView& view, const ReuseGrou
     links[place].density.store(select(lane_mask(lanes), pdf * ratio, Lanes(0.0f)));
     links[place].direction.store(direction);
   };
-  const Ways own = ways_between(first.position, second.position, second.geometric_normal);
+  const WayOf<Lanes> own = way_between(first.position, second.position, second.geometric_normal);
   const auto value = members.columns(offsetof(ReusedPath, value));
   static_assert(offsetof(ReusedPath, pdf) == offsetof(ReusedPath, value) + 3 * sizeof(float));
   set_link(0, members.receive & members.give, vector_of(value), value[3], absolute(own.solid_angle_per_area),
@@ -201,13 +160,14 @@ void link_group(const PathStages& stages, const ReuseView& view, const ReuseGrou
   if (joined == 0) return;
   const FrameOf<Lanes> frame = FrameOf<Lanes>::around(first.shading_normal);
   const MixedBsdfs bsdfs(first.bsdf, frame.to_local(members.vectors(offsetof(ReusedPath, wo))));
-  const Guides guides(stages, members, bsdfs, joined);
+  GuideLanes guides;
+  if (stages.guides_directions()) guide_all(stages, members, bsdfs, joined, guides);
   for (uint32_t place = 1; place < view.count; ++place) {
     uint32_t lanes = members.receive & exchanged_bits(members.give, place);
     if (lanes == 0) continue;
     const Vectors origin = exchanged(second.origin, place);
-    const Ways way =
-        ways_between(first.position, exchanged(second.position, place), exchanged(second.geometric_normal, place));
+    const WayOf<Lanes> way =
+        way_between(first.position, exchanged(second.position, place), exchanged(second.geometric_normal, place));
     const Vectors to_second = origin - first.origin;
     lanes &= packed((way.solid_angle_per_area > 0.0f) & (way.direction.dot(first.geometric_normal) > 0.0f) &
                     (to_second.length2() > 0.0f));

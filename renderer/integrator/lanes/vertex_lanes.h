@@ -5,6 +5,7 @@
 #include "renderer/base/lanes.h"
 #include "renderer/bsdf/rough_glass.h"
 #include "renderer/integrator/lanes/gathered_vertices.h"
+#include "renderer/integrator/lanes/guide_lanes.h"
 #include "renderer/integrator/lanes/load_structs.h"
 #include "renderer/integrator/stages/shade_path.h"
 
@@ -12,7 +13,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <new>
 
 namespace kindling {
 
@@ -146,8 +146,6 @@ class VertexLanes {
   void weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
              const GatheredLights& lights, bool reflected, uint32_t lanes, ShadowLanes& shadows) const;
   void add_shadow(const GatheredVertices& v, uint32_t lane, uint32_t number, const ShadowLanes& shadows);
-  // Returns the densities of some lanes as their guides mix them; 0 stays.
-  [[nodiscard]] Lanes mixed(const Lanes& pdf, const Lanes& cosine, const Vectors& wi, uint32_t lanes) const;
 
   // scatter() samples the next directions, as PathStages::sample_bounce() (bounce_lanes.h).
   struct Scattered {
@@ -179,10 +177,7 @@ class VertexLanes {
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
   LaneMask shared_first_, shared_second_;        // their first and second surfaces
-  union {
-    GatheredVertices::Each<GuideMixture> guides_; // set where they are guided, and else not cleared
-  };
-  uint32_t guided_ = 0; // a bit for each that is
+  GuideLanes guides_;
 };
 
 template <typename Sink>
@@ -196,7 +191,7 @@ void VertexLanes<Sink>::shade(VertexQueue& queue) {
   for (uint32_t lane = 0; lane < v.count; ++lane)
     alone |= records_surface(context_.active[v.numbers[lane]]) ? 1U << lane : 0U;
   uint32_t drawn = all; // those whose next direction is drawn in lanes
-  guided_ = 0;
+  guides_.clear();
   shared_first_ = shared_second_ = LaneMask{};
   if (alone != 0 || prepares_ || stages_.light_paths) {
     const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.glossy_probability(), bsdf.alpha()};
@@ -222,10 +217,7 @@ void VertexLanes<Sink>::prepare(const GatheredVertices& v, uint32_t lane, const 
   reused_[lane] = PathStages::reused_path(sink_, path, surface, [&] { return is_mirror(lobes.smooth[lane]); });
   if (reused_[lane]) reused_[lane]->note(surface, -v.rays[lane]->direction, path.state);
   if (!stages_.guides_directions()) return;
-  new (&guides_[lane]) GuideMixture; // not cleared
-  stages_.guide(guides_[lane], surface.position, surface.shading_normal,
-                GuidableLobes{lobes.glossy[lane], lobes.alpha[lane]});
-  if (guides_[lane].is_guided()) guided_ |= 1U << lane;
+  guides_.guide(lane, stages_, surface.position, surface.shading_normal, {lobes.glossy[lane], lobes.alpha[lane]});
 }
 
 template <typename Sink>

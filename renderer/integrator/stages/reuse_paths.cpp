@@ -15,17 +15,8 @@ ReusedSurface record_of(const SurfacePoint& surface) {
           surface.shading_normal, surface.bsdf};
 }
 
-// The straight way from a first surface to a second one.
-struct Way {
-  V3f direction; // unit
-  float solid_angle_per_area = 0.0f;
-};
-Way way_between(const ReusedSurface& first, const ReusedSurface& second) {
-  const V3f difference = second.position - first.position;
-  const float distance2 = difference.length2();
-  if (!(distance2 > 0.0f)) return {};
-  const V3f direction = difference / std::sqrt(distance2);
-  return {direction, -direction.dot(second.geometric_normal) / distance2};
+WayOf<float> way_between(const ReusedSurface& first, const ReusedSurface& second) {
+  return kindling::way_between(first.position, second.position, second.geometric_normal);
 }
 
 // The BSDF of a second surface as it reflects light from one direction towards several others. It
@@ -93,7 +84,7 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   for (uint32_t place = 0; place < count; ++place)
     if (group[place] != kNoPath && paths[group[place]].has_light()) givers |= 1U << place;
   if ((givers & 1U) != 0) {
-    const Way way = way_between(receiver.first, receiver.second);
+    const WayOf<float> way = way_between(receiver.first, receiver.second);
     const float ratio = std::abs(way.solid_angle_per_area);
     link(slot, 0) = {receiver.value * ratio, receiver.pdf * ratio, way.direction};
   }
@@ -119,7 +110,7 @@ uint32_t ReuseView::link_paths(const PathStages& stages, uint32_t slot, const Re
   for (uint32_t place = 1; place < count; ++place) {
     if ((givers >> place & 1U) == 0) continue;
     const ReusedSurface& second = paths[group[place]].second;
-    const Way way = way_between(receiver.first, second);
+    const WayOf<float> way = way_between(receiver.first, second);
     if (!(way.solid_angle_per_area > 0.0f) || !(way.direction.dot(receiver.first.geometric_normal) > 0.0f)) continue;
     if (!((second.origin - receiver.first.origin).length2() > 0.0f)) continue;
     places[directions.size()] = place, ratios[directions.size()] = way.solid_angle_per_area;

@@ -96,6 +96,22 @@ struct ReuseLink {
   Rgb of_light{0.0f}, of_tail{0.0f};
 };
 
+// The straight way from a first surface to a second one, or several in lanes.
+template <typename Real>
+struct WayOf {
+  Imath::Vec3<Real> direction; // unit
+  Real solid_angle_per_area;   // 0: there is no way, and no direction
+};
+template <typename Real>
+[[nodiscard]] WayOf<Real> way_between(const Imath::Vec3<Real>& first, const Imath::Vec3<Real>& second,
+                                      const Imath::Vec3<Real>& normal_there) {
+  const Imath::Vec3<Real> difference = second - first, none(Real(0.0f));
+  const Real distance2 = difference.length2();
+  const auto apart = distance2 > 0.0f;
+  const Imath::Vec3<Real> direction = select(apart, difference / square_root(distance2), none);
+  return {direction, select(apart, Real(-direction.dot(normal_there) / distance2), Real(0.0f))};
+}
+
 // Returns the unit direction from a first surface to a second one.
 [[nodiscard]] V3f direction_between(const ReusedSurface& first, const ReusedSurface& second);
 
