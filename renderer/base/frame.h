@@ -30,13 +30,17 @@ struct FrameOf {
 
   // Returns the frame whose local +x axis is `tangent` projected onto the plane of the unit normal
   // n; any frame if the two are parallel. `tangent` need not be a unit vector.
-  [[nodiscard]] static FrameOf with_tangent(const V3f& n, const V3f& tangent) {
-    assert(!(std::abs(n.length2() - 1.0f) > 1e-2f));
-    const V3f x = tangent - n * n.dot(tangent);
-    const float length = x.length();
-    if (!(length > 1e-6f * tangent.length())) return around(n);
-    const V3f unit = x / length;
-    return {unit, n.cross(unit), n};
+  [[nodiscard]] static FrameOf with_tangent(const Vector& n, const Vector& tangent) {
+    assert(!any(absolute(Real(n.length2() - 1.0f)) > 1e-2f));
+    const Vector x = tangent - n * n.dot(tangent);
+    const Real length = length_of(x);
+    const auto turned = length > 1e-6f * length_of(tangent);
+    if (!any(turned)) return around(n);
+    const Vector unit = x / length;
+    const Vector beside = n.cross(unit);
+    if (all(turned)) return {unit, beside, n};
+    const FrameOf other = around(n);
+    return {select(turned, unit, other.tangent), select(turned, beside, other.bitangent), n};
   }
 
   // Returns the local coordinates of one vector, or of several in lanes.

@@ -82,6 +82,7 @@ using WordsOf = std::conditional_t<std::is_same_v<Real, Lanes>, Words8, uint32_t
 
 // Returns a where the condition holds, else b. Both are evaluated.
 [[nodiscard]] constexpr float select(bool condition, float a, float b) { return condition ? a : b; }
+[[nodiscard]] inline Lanes select(bool condition, const Lanes& a, const Lanes& b) { return condition ? a : b; }
 [[nodiscard]] inline Lanes select(const LaneMask& condition, const Lanes& a, const Lanes& b) {
   return Lanes(condition ? a.v : b.v);
 }

@@ -5,6 +5,7 @@
 #include "renderer/base/math.h"
 #include "renderer/bsdf/ggx_albedo.h"
 
+#include <array>
 #include <cassert>
 #include <cstdint>
 
@@ -32,66 +33,109 @@ extern const GgxAlbedo kAnisotropicAverages[kAnisotropicAverageNodes * kAnisotro
 // (Heitz 2014, section 5.3). E without correlation is a table over the cosine and both alphas; a
 // correlation rho adds |rho|^(5/2) of what full correlation adds, a fit. The error in E, and so in
 // a white furnace, is at most 1.2e-2 and 2e-3 in the root mean square
-// (tests/bsdf/anisotropic_tables_test.cpp).
-class AnisotropicAlbedoTable {
+// (tests/bsdf/anisotropic_tables_test.cpp). One lobe, or eight in lanes.
+template <typename Each>
+class AnisotropicAlbedoTableOf {
  public:
   // alpha_x and alpha_y in [kMinAlpha, 1].
-  AnisotropicAlbedoTable(float alpha_x, float alpha_y, const AnisotropicTableNode* table = kAnisotropicTable)
+  AnisotropicAlbedoTableOf(const Each& alpha_x, const Each& alpha_y,
+                           const AnisotropicTableNode* table = kAnisotropicTable)
       : x2_(alpha_x * alpha_x), y2_(alpha_y * alpha_y), table_(table) {
-    assert(alpha_x > 0.0f && alpha_x <= 1.0f && alpha_y > 0.0f && alpha_y <= 1.0f);
+    assert(all(alpha_x > 0.0f) && all(alpha_x <= 1.0f) && all(alpha_y > 0.0f) && all(alpha_y <= 1.0f));
   }
 
-  // Returns E and B as seen from w, a unit vector; only the magnitude of w.z matters.
-  [[nodiscard]] GgxAlbedo operator()(const V3f& w) const {
-    const float mu = std::abs(w.z);
-    const float s2 = w.x * w.x + w.y * w.y;
+  // Returns E and B as seen from w, a unit vector; only the magnitude of w.z matters. Real: Lanes
+  // for several directions of one lobe, else Each.
+  template <typename Real>
+  [[nodiscard]] GgxAlbedoOf<Real> operator()(const Imath::Vec3<Real>& w) const {
+    const Real mu = absolute(w.z);
+    const Real s2 = w.x * w.x + w.y * w.y;
     // Squared sine and cosine of the azimuth. All terms are positive, so nothing cancels if one
     // alpha is tiny.
-    const float cos2 = s2 > 1e-12f ? w.x * w.x / s2 : 1.0f;
-    const float sin2 = s2 > 1e-12f ? w.y * w.y / s2 : 0.0f;
-    const float along2 = x2_ * cos2 + y2_ * sin2;
-    const float across2 = x2_ * sin2 + y2_ * cos2;
-    const float along = std::sqrt(along2);
-    const float rho2 = std::min(square(x2_ - y2_) * cos2 * sin2 / (along2 * across2), 1.0f);
-    const float weight = rho2 * std::sqrt(std::sqrt(rho2));
+    const auto has_azimuth = s2 > 1e-12f;
+    const Real cos2 = select(has_azimuth, Real(w.x * w.x / s2), Real(1.0f));
+    const Real sin2 = select(has_azimuth, Real(w.y * w.y / s2), Real(0.0f));
+    const Real along2 = x2_ * cos2 + y2_ * sin2;
+    const Real across2 = x2_ * sin2 + y2_ * cos2;
+    const Real along = square_root(along2);
+    const Real rho2 = minimum(Real(square(x2_ - y2_) * cos2 * sin2 / (along2 * across2)), Real(1.0f));
+    const Real weight = rho2 * square_root(square_root(rho2));
 
-    const Axis i = axis(std::sqrt(std::sqrt(across2)));
-    const Axis j = axis(std::sqrt(along));
-    const float x = std::sqrt(mu * (1.0f + 2.0f * along) / (mu + 2.0f * along)) * (kAnisotropicNodes - 1);
-    const auto k = cell_of(x, kAnisotropicNodes - 2);
-    const float s = x - static_cast<float>(k);
-    const AnisotropicTableNode* n = table_ + (i.index * kAnisotropicNodes + j.index) * kAnisotropicNodes + k;
-    float e = 0.0f;
-    float residual = 0.0f;
+    const Real i = place_of(square_root(square_root(across2)));
+    const Real j = place_of(square_root(along));
+    const Real k = square_root(Real(mu * (1.0f + 2.0f * along) / (mu + 2.0f * along))) * (kAnisotropicNodes - 1);
+    const Cell<Real> cell(i, j, k);
+    Real e = 0.0f;
+    Real residual = 0.0f;
     for (uint32_t corner = 0; corner < 4; ++corner) {
-      const AnisotropicTableNode* m =
-          n + (corner & 2 ? kAnisotropicNodes * kAnisotropicNodes : 0) + (corner & 1 ? kAnisotropicNodes : 0);
-      const float corner_weight =
-          (corner & 2 ? i.fraction : 1.0f - i.fraction) * (corner & 1 ? j.fraction : 1.0f - j.fraction);
-      e += corner_weight * (lerp(m[0].e, m[1].e, s) + weight * lerp(m[0].e_correlated, m[1].e_correlated, s));
-      residual += corner_weight * (lerp(m[0].residual, m[1].residual, s) +
-                                   weight * lerp(m[0].residual_correlated, m[1].residual_correlated, s));
+      const Pair<Real> m = cell.pair(table_, (corner & 2 ? kAnisotropicNodes * kAnisotropicNodes : 0) +
+                                                 (corner & 1 ? kAnisotropicNodes : 0));
+      const Real corner_weight =
+          (corner & 2 ? cell.i : Real(1.0f - cell.i)) * (corner & 1 ? cell.j : Real(1.0f - cell.j));
+      const auto mixed = [&](uint32_t member) { return lerp(m[member], m[member + 4], cell.k); };
+      e = e + corner_weight * (mixed(0) + weight * mixed(2));
+      residual = residual + corner_weight * (mixed(1) + weight * mixed(3));
     }
-    e = std::min(e, 1.0f);
-    return {e, e * std::min(std::max(pow5(1.0f - mu) + residual, 0.0f), 1.0f)};
+    e = minimum(e, Real(1.0f));
+    return {e, e * minimum(maximum(Real(pow5(Real(1.0f - mu)) + residual), Real(0.0f)), Real(1.0f))};
   }
 
  private:
-  struct Axis {
-    uint32_t index;
-    float fraction;
+  // Two nodes that differ in mu, member by member.
+  template <typename Real>
+  using Pair = std::array<Real, 8>;
+  static_assert(sizeof(Pair<float>) == 2 * sizeof(AnisotropicTableNode));
+
+  // The first node around a place in the table, and the place in between.
+  template <typename Real>
+  struct Cell {
+    std::array<uint32_t, std::is_same_v<Real, Lanes> ? Lanes::kCount : 1> first;
+    Real i, j, k; // fractions
+
+    Cell(const Real& x, const Real& y, const Real& z) {
+      if constexpr (std::is_same_v<Real, Lanes>) {
+        const Int8 a = cells_of(x, kLast), b = cells_of(y, kLast), c = cells_of(z, kLast);
+        const Int8 nodes = (a * int{kAnisotropicNodes} + b) * int{kAnisotropicNodes} + c;
+        for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) first[lane] = static_cast<uint32_t>(nodes[lane]);
+        const auto fraction = [](const Lanes& place, const Int8& cell) {
+          return place - Lanes(__builtin_convertvector(cell, Float8));
+        };
+        i = fraction(x, a), j = fraction(y, b), k = fraction(z, c);
+      } else {
+        const uint32_t a = cell_of(x, kLast), b = cell_of(y, kLast), c = cell_of(z, kLast);
+        first[0] = (a * kAnisotropicNodes + b) * kAnisotropicNodes + c;
+        i = x - static_cast<float>(a), j = y - static_cast<float>(b), k = z - static_cast<float>(c);
+      }
+    }
+    // Returns the node that many nodes behind the first one, and the next.
+    [[nodiscard]] Pair<Real> pair(const AnisotropicTableNode* table, uint32_t behind) const {
+      Pair<Real> both;
+      if constexpr (std::is_same_v<Real, Lanes>) {
+        Lanes rows[Lanes::kCount];
+        for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) rows[lane] = Lanes::load(&table[first[lane] + behind].e);
+        transpose(rows);
+        std::copy(std::begin(rows), std::end(rows), both.begin());
+      } else {
+        const AnisotropicTableNode* const m = table + first[0] + behind;
+        both = {m[0].e, m[0].residual, m[0].e_correlated, m[0].residual_correlated,
+                m[1].e, m[1].residual, m[1].e_correlated, m[1].residual_correlated};
+      }
+      return both;
+    }
+    static constexpr uint32_t kLast = kAnisotropicNodes - 2;
   };
-  static Axis axis(float roughness) {
-    const float y =
-        std::min(std::max((roughness - kMinRoughness) / (1.0f - kMinRoughness), 0.0f), 1.0f) * (kAnisotropicNodes - 1);
-    const auto index = cell_of(y, kAnisotropicNodes - 2);
-    return {index, y - static_cast<float>(index)};
+  // Returns the place of a roughness on its axis.
+  template <typename Real>
+  [[nodiscard]] static Real place_of(const Real& roughness) {
+    const Real t = (roughness - kMinRoughness) / (1.0f - kMinRoughness);
+    return minimum(maximum(t, Real(0.0f)), Real(1.0f)) * (kAnisotropicNodes - 1);
   }
 
-  float x2_;
-  float y2_;
+  Each x2_;
+  Each y2_;
   const AnisotropicTableNode* table_;
 };
+using AnisotropicAlbedoTable = AnisotropicAlbedoTableOf<float>;
 
 // roughness_x and roughness_y in [kMinRoughness, 1].
 [[nodiscard]] inline GgxAlbedo anisotropic_average_albedo(float roughness_x, float roughness_y) {
@@ -106,6 +150,24 @@ class AnisotropicAlbedoTable {
   const GgxAlbedo* b = a + kAnisotropicAverageNodes;
   return {lerp(lerp(a[0].e, a[1].e, t), lerp(b[0].e, b[1].e, t), s),
           lerp(lerp(a[0].b, a[1].b, t), lerp(b[0].b, b[1].b, t), s)};
+}
+[[nodiscard]] inline GgxAlbedoOf<Lanes> anisotropic_average_albedo(const Lanes& roughness_x, const Lanes& roughness_y) {
+  LaneNumbers e, b;
+  for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
+    const GgxAlbedo one = anisotropic_average_albedo(roughness_x[lane], roughness_y[lane]);
+    e[lane] = one.e, b[lane] = one.b;
+  }
+  return {e.load(), b.load()};
+}
+
+// Returns the albedo of one of two functions: of the first where the microfacets are anisotropic.
+template <typename Turned, typename F, typename G>
+[[nodiscard]] auto select_albedo(const Turned& anisotropic, const F& of_anisotropic, const G& of_isotropic) {
+  if (!any(anisotropic)) return of_isotropic();
+  const auto turned = of_anisotropic();
+  if (all(anisotropic)) return turned;
+  const auto plain = of_isotropic();
+  return decltype(plain){select(anisotropic, turned.e, plain.e), select(anisotropic, turned.b, plain.b)};
 }
 
 } // namespace kindling

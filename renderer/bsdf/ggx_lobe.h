@@ -28,19 +28,24 @@ template <typename Real, typename Each>
 }
 
 // Reflects on the side of wo, a unit vector with wo.z > 0. alpha_x along local x and alpha_y along
-// local y are in [kMinAlpha, 1]. With alpha_x = alpha_y these are the formulas of GltfBsdf.
-class GgxLobe {
+// local y are in [kMinAlpha, 1]. With alpha_x = alpha_y these are the formulas of GltfBsdf. One
+// lobe, or eight in lanes.
+template <typename Each>
+class GgxLobeOf {
  public:
-  GgxLobe() = default;
-  GgxLobe(float alpha_x, float alpha_y, const V3f& wo) : wo_(wo), alpha_x_(alpha_x), alpha_y_(alpha_y) {
-    assert(alpha_x > 0.0f && alpha_x <= 1.0f && alpha_y > 0.0f && alpha_y <= 1.0f);
-    assert(wo.z > 0.0f);
+  using Vector = Imath::Vec3<Each>;
+
+  GgxLobeOf() = default;
+  GgxLobeOf(const Each& alpha_x, const Each& alpha_y, const Vector& wo)
+      : wo_(wo), alpha_x_(alpha_x), alpha_y_(alpha_y) {
+    assert(all(alpha_x > 0.0f) && all(alpha_x <= 1.0f) && all(alpha_y > 0.0f) && all(alpha_y <= 1.0f));
+    assert(all(wo.z > 0.0f));
     t_o_ = stretched_length(wo);
     // Visible normals bounded to those that reflect upwards (Eto and Tokuyoshi 2023, "Bounded VNDF
     // Sampling for Smith-GGX Reflections", equations 5 and 6; the smaller alpha bounds an
     // anisotropic lobe).
-    const float a2 = square(std::min(alpha_x, alpha_y));
-    const float s2 = square(1.0f + std::sqrt(wo.x * wo.x + wo.y * wo.y));
+    const Each a2 = square(minimum(alpha_x, alpha_y));
+    const Each s2 = square(1.0f + square_root(Each(wo.x * wo.x + wo.y * wo.y)));
     cap_bound_ = (1.0f - a2) * s2 / (s2 + a2 * wo.z * wo.z);
     pdf_factor_ = 0.5f / (cap_bound_ * wo.z + t_o_);
   }
@@ -52,7 +57,8 @@ class GgxLobe {
     Real cos_d; // between wi and the half vector
   };
   using Eval = EvalOf<float>;
-  // wi must be unit with wi.z > 0; lanes of others have any result.
+  // wi must be unit with wi.z > 0; lanes of others have any result. Real: Lanes for several
+  // directions of one lobe, else Each.
   template <typename Real>
   [[nodiscard]] EvalOf<Real> eval(const Imath::Vec3<Real>& wi) const {
     assert(any(wi.z > 0.0f));
@@ -61,7 +67,7 @@ class GgxLobe {
     const Real length2 = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
     // D = alpha_x alpha_y / (pi q^2) does not cancel, however narrow the lobe (Burley 2012; Heitz
     // 2014, equation 85).
-    const float a2 = alpha_x_ * alpha_y_;
+    const Each a2 = alpha_x_ * alpha_y_;
     const Real q =
         (sum.x * sum.x * (alpha_y_ / alpha_x_) + sum.y * sum.y * (alpha_x_ / alpha_y_) + a2 * sum.z * sum.z) / length2;
     const Real d = a2 * kInvPi / (q * q);
@@ -71,12 +77,13 @@ class GgxLobe {
     return {d * visibility * wi.z, d * pdf_factor_, 0.5f * square_root(length2)};
   }
 
-  [[nodiscard]] float max_alpha() const { return alpha_x_ > alpha_y_ ? alpha_x_ : alpha_y_; }
+  [[nodiscard]] Each max_alpha() const { return maximum(alpha_x_, alpha_y_); }
 
   // Returns a unit direction, possibly below the horizon (the sample is then absorbed).
-  [[nodiscard]] V3f sample(const V2f& u) const {
-    const V3f normal = sample_ggx_normal(wo_, alpha_x_, alpha_y_, t_o_, cap_bound_, u);
-    return normal * (2.0f * wo_.dot(normal) / normal.length2()) - wo_;
+  [[nodiscard]] Vector sample(const Imath::Vec2<Each>& u) const {
+    const Vector normal = sample_ggx_normal(wo_, alpha_x_, alpha_y_, t_o_, cap_bound_, u);
+    const Each scale = 2.0f * wo_.dot(normal) / normal.length2();
+    return normal * scale - wo_;
   }
 
  private:
@@ -86,12 +93,13 @@ class GgxLobe {
     return square_root(Real(x * x + y * y + w.z * w.z));
   }
 
-  V3f wo_{0.0f, 0.0f, 1.0f};
-  float alpha_x_ = 1.0f;
-  float alpha_y_ = 1.0f;
-  float t_o_ = 1.0f;        // length of the stretched wo
-  float cap_bound_ = 0.0f;  // k of the bounded visible normals
-  float pdf_factor_ = 0.5f; // 1 / (2 (k mu_o + t_o))
+  Vector wo_{0.0f, 0.0f, 1.0f};
+  Each alpha_x_ = 1.0f;
+  Each alpha_y_ = 1.0f;
+  Each t_o_ = 1.0f;        // length of the stretched wo
+  Each cap_bound_ = 0.0f;  // k of the bounded visible normals
+  Each pdf_factor_ = 0.5f; // 1 / (2 (k mu_o + t_o))
 };
+using GgxLobe = GgxLobeOf<float>;
 
 } // namespace kindling

@@ -95,8 +95,11 @@ class GltfBsdfOf {
   // True if there are microfacets, so that sample_reflection() finds directions.
   [[nodiscard]] MaskOf<Real> has_microfacets() const { return glossy_probability_ > 0.0f; }
   // Samples the visible normals alone; the direction may be below the horizon, where eval() is
-  // zero. There must be microfacets.
+  // zero. There must be microfacets. The functions of LayeredBsdfOf choose by u_lobe.
   [[nodiscard]] Vector sample_reflection(const Imath::Vec2<Real>& u) const;
+  [[nodiscard]] Vector sample_reflection(const Real& /*u_lobe*/, const Imath::Vec2<Real>& u) const {
+    return sample_reflection(u);
+  }
   // Estimates the directional albedo seen from wo, each channel in [0, 1]: for the albedo AOV and
   // for the choice of techniques. Exact up to the interpolation of the tables.
   [[nodiscard]] Vector albedo() const { return albedo_; }
@@ -106,6 +109,7 @@ class GltfBsdfOf {
   // Returns the probability with which sample() uses the visible normals; else it uses the cosine
   // lobe. 0: Lambert.
   [[nodiscard]] Real glossy_probability() const { return glossy_probability_; }
+  [[nodiscard]] Real cosine_begin() const { return glossy_probability_; } // that of LayeredBsdfOf
   // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
   // `max_alpha` have.
   [[nodiscard]] Real smooth_share(float max_alpha) const {

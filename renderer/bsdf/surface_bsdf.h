@@ -39,10 +39,10 @@ class SurfaceBsdf {
     return plain ? plain->has_microfacets() : layered().has_microfacets();
   }
   // Samples the visible normals of these microfacets alone, with u_lobe in [0, 1) and u in [0,
-  // 1)^2. The density is BsdfEval::reflection_pdf. Empty, or below the horizon: no light.
-  [[nodiscard]] std::optional<V3f> sample_reflection(float u_lobe, const V2f& u) const {
+  // 1)^2. The density is BsdfEval::reflection_pdf. At or below the horizon: no light.
+  [[nodiscard]] V3f sample_reflection(float u_lobe, const V2f& u) const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
-    return plain ? plain->sample_reflection(u) : layered().sample_reflection(u_lobe, u);
+    return plain ? plain->sample_reflection(u_lobe, u) : layered().sample_reflection(u_lobe, u);
   }
   [[nodiscard]] Rgb albedo() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
@@ -60,7 +60,7 @@ class SurfaceBsdf {
   // 1 - cosine_begin().
   [[nodiscard]] float cosine_begin() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
-    return plain ? plain->glossy_probability() : layered().cosine_begin();
+    return plain ? plain->cosine_begin() : layered().cosine_begin();
   }
   // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
   // `max_alpha` have: what mirrors reflect and clear glass lets through.
@@ -71,7 +71,7 @@ class SurfaceBsdf {
   // Returns the alpha of all lobes except the cosine lobe if they are one microfacet lobe, else 0.
   [[nodiscard]] float alpha() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
-    return plain ? plain->alpha() : 0.0f;
+    return plain ? plain->alpha() : layered().alpha();
   }
   [[nodiscard]] const LayeredBsdf* layers() const { return std::get_if<1>(&bsdf_); } // null for the plain model
   [[nodiscard]] Rgb straight_transmittance() const {

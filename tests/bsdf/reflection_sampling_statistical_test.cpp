@@ -41,8 +41,8 @@ TEST(ReflectionSamplingStatistical, DirectionsHaveTheDensity) {
       ASSERT_TRUE(bsdf.has_microfacets());
       const auto draw = [&](Random& random) -> std::optional<V3f> {
         const float u = random.next_1d();
-        const std::optional<V3f> wi = bsdf.sample_reflection(u, random.next_2d());
-        return wi && wi->z > 0.0f ? wi : std::nullopt;
+        const V3f wi = bsdf.sample_reflection(u, random.next_2d());
+        return wi.z > 0.0f ? std::optional(wi) : std::nullopt;
       };
       const auto density = [&](const V3f& wi) { return bsdf.eval(wi).reflection_pdf; };
       test::expect_directions_follow(draw, density, seed, 100000, level, "seed " + std::to_string(seed));

@@ -90,6 +90,44 @@ std::unique_ptr<const World> world_of_rough_glass() {
                     accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f, 0.4f, 0.6f)));
 }
 
+// Opaque layers in turn: a coat on a Lambertian base and on plastic, sheen, brushed metal, all of
+// them at once; beside them a film, paper that lets light through, and a coat that covers in part.
+std::unique_ptr<const World> world_of_layers() {
+  Material coated = diffuse_material(Rgb(0.6f, 0.1f, 0.1f)), lacquer = glossy_material(Rgb(0.2f, 0.5f, 0.8f), 0.35f);
+  coated.clearcoat_factor = 1.0f;
+  lacquer.clearcoat_factor = 0.7f;
+  lacquer.clearcoat_roughness_factor = 0.3f;
+  Material cloth = glossy_material(Rgb(0.3f, 0.2f, 0.4f), 0.8f), velvet = diffuse_material(Rgb(0.1f));
+  cloth.sheen_color_factor = V3f(0.8f, 0.7f, 0.9f);
+  cloth.sheen_roughness_factor = 0.2f;
+  velvet.sheen_color_factor = V3f(0.9f, 0.2f, 0.2f);
+  velvet.sheen_roughness_factor = 0.6f;
+  Material brushed = metal_material(Rgb(0.9f, 0.7f, 0.3f), 0.2f);
+  brushed.anisotropy_strength = 0.8f;
+  brushed.anisotropy_rotation_rad = 0.6f;
+  Material everything = brushed, film = brushed, paper = cloth, veil = lacquer;
+  everything.metallic_factor = 0.4f;
+  everything.clearcoat_factor = 0.5f;
+  everything.sheen_color_factor = V3f(0.5f);
+  everything.sheen_roughness_factor = 0.4f;
+  film.iridescence_factor = 0.8f;
+  paper.diffuse_transmission_factor = 0.5f;
+  veil.alpha_mode = AlphaMode::blend;
+  veil.base_color_factor.w = 0.5f;
+  std::vector<Primitive> primitives{quad(V3f(-5, -1, 5), V3f(10, 0, 0), V3f(0, 0, -10), 2),
+                                    quad(V3f(-1, 3, -1), V3f(2, 0, 0), V3f(0, 0, 2), 10),
+                                    quad(V3f(0, -1, 1.5f), V3f(1, 0, 0), V3f(0, 1.5f, 0), 9)};
+  for (int i = 0; i < 25; ++i) {
+    primitives.push_back(
+        sphere(V3f(-2.0f + static_cast<float>(i % 5), -0.6f, -2.0f + static_cast<float>(i / 5)), 0.45f, 16, 1 + i % 8));
+    for (const V3f& n : primitives.back().normals) primitives.back().tangents.emplace_back(n.z, 0.0f, -n.x, 1.0f);
+  }
+  return make_world(make_scene({diffuse_material(Rgb(0.7f)), coated, lacquer, cloth, velvet, brushed, everything, film,
+                                paper, veil, emissive_material(Rgb(4.0f, 3.0f, 2.0f), Rgb(0.5f))},
+                               std::move(primitives)),
+                    accel::Kind::kdtree, std::make_shared<Environment>(Rgb(0.3f, 0.4f, 0.6f)));
+}
+
 constexpr V2i kLanesImage(16, 8);
 constexpr uint32_t kSamplesInLanes = 8;
 
@@ -188,6 +226,28 @@ TEST(VertexLanes, GlassBesidePhotons) {
       expect_alone_as_together(*world, variant, "photons beside several samples");
     }
   }
+}
+
+TEST(VertexLanes, Layers) {
+  const auto world = world_of_layers();
+  const Guide guide = guide_to_lamp();
+  for (const Guide* const found : {static_cast<const Guide*>(nullptr), &guide})
+    for (const int samples : {1, 3}) {
+      Variant variant;
+      variant.guide = found;
+      variant.settings.direct_samples = samples;
+      variant.settings.reflection_samples = samples - 1;
+      expect_alone_as_together(*world, variant, "layers");
+      variant.settings.roulette_start_bounce = 0;
+      expect_alone_as_together(*world, variant, "early roulette");
+      variant.settings.photons = 1.0f;
+      expect_alone_as_together(*world, variant, "photons");
+    }
+  Variant variant;
+  for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);
+  expect_alone_as_together(*world, variant, "AOVs");
+  variant.settings.caustics = Caustics::regularized;
+  expect_alone_as_together(*world, variant, "regularized caustics");
 }
 
 TEST(VertexLanes, GuidedToPatches) {

@@ -15,6 +15,7 @@
 namespace kindling {
 
 template <typename Sink>
+template <typename Bsdf>
 void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
                                 uint32_t lanes) {
   const Scattered drawn = draw(v, bsdf, lanes);
@@ -62,6 +63,7 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
 }
 
 template <typename Sink>
+template <typename Bsdf>
 typename VertexLanes<Sink>::Scattered VertexLanes<Sink>::draw(const GatheredVertices& v, const Bsdf& bsdf,
                                                               uint32_t lanes) const {
   LaneNumbers choice;
@@ -94,6 +96,7 @@ typename VertexLanes<Sink>::Scattered VertexLanes<Sink>::draw(const GatheredVert
 }
 
 template <typename Sink>
+template <typename Bsdf>
 void VertexLanes<Sink>::follow(const GatheredVertices& v, const Bsdf& bsdf, const Vectors& wi, uint32_t lanes,
                                Scattered& result) const {
   const Vectors local = v.frame.to_local(wi);

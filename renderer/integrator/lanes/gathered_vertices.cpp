@@ -46,12 +46,37 @@ GatheredVertices::GatheredVertices(const VertexQueue& queue, const PathStages& s
   normal = vector_of(geometric);
   frame = FrameOf<Lanes>::around(vector_of(shading));
   parameters = bsdf_parameters_at(members, kSurface + offsetof(SurfacePoint, bsdf));
-  wo = frame.to_local(-vector_of(ray));
+  wo_world = -vector_of(ray);
+  wo = frame.to_local(wo_world);
   throughput = vector_of(arriving);
   spread = cone[1], guiding = cone[2];
   choice = first_draws[1];
   direction_draws = {first_draws[2], first_draws[3]};
   roulette = more_draws[2];
+}
+
+void GatheredVertices::turn_to_tangents() {
+  constexpr size_t kLayers = offsetof(ShadeGroup::Member, surface) + offsetof(SurfacePoint, layers);
+  const auto tangent = columns_at(members, kLayers + offsetof(SurfaceLayers, tangent));
+  frame = FrameOf<Lanes>::with_tangent(frame.normal, vector_of(tangent));
+  wo = frame.to_local(wo_world);
+}
+
+LayerParametersOf<Lanes> GatheredVertices::layers() const {
+  constexpr size_t kLayers =
+      offsetof(ShadeGroup::Member, surface) + offsetof(SurfacePoint, layers) + offsetof(SurfaceLayers, bsdf);
+  const auto coat = columns_at(members, kLayers + offsetof(LayerParameters, clearcoat));
+  static_assert(offsetof(LayerParameters, clearcoat_roughness) == offsetof(LayerParameters, clearcoat) + sizeof(float));
+  const auto coat_normal = columns_at(members, kLayers + offsetof(LayerParameters, clearcoat_normal));
+  const auto sheen = columns_at(members, kLayers + offsetof(LayerParameters, sheen_color));
+  static_assert(offsetof(LayerParameters, sheen_roughness) ==
+                offsetof(LayerParameters, sheen_color) + 3 * sizeof(float));
+  LayerParametersOf<Lanes> layers;
+  layers.clearcoat = coat[0], layers.clearcoat_roughness = coat[1];
+  layers.clearcoat_normal = vector_of(coat_normal);
+  layers.sheen_color = vector_of(sheen), layers.sheen_roughness = sheen[3];
+  layers.anisotropy = columns_at(members, kLayers + offsetof(LayerParameters, anisotropy))[0];
+  return layers;
 }
 
 GatheredLights::GatheredLights(const GatheredVertices& vertices, const ShadeGroup& group, uint32_t number) {

@@ -5,6 +5,7 @@
 #include "renderer/base/frame.h"
 #include "renderer/base/lanes.h"
 #include "renderer/bsdf/gltf_bsdf.h"
+#include "renderer/bsdf/layer_parameters.h"
 #include "renderer/integrator/path_context.h"
 
 #include <array>
@@ -43,7 +44,7 @@ struct GatheredVertices {
   Lanes position_error;
   FrameOf<Lanes> frame;
   BsdfParametersOf<Lanes> parameters;
-  Vectors wo; // local
+  Vectors wo_world, wo; // wo is local
   Vectors throughput;
   Lanes spread, guiding; // of PathState
   LaneMask has_roulette;
@@ -52,6 +53,10 @@ struct GatheredVertices {
   Lanes roulette;
 
   GatheredVertices(const VertexQueue& queue, const PathStages& stages, PathContext& context);
+  // Turns the frames of surfaces with layers to the tangents of these.
+  void turn_to_tangents();
+  // Gathers the layers of such surfaces, as far as LayeredBsdfOf<Lanes> reads them.
+  [[nodiscard]] LayerParametersOf<Lanes> layers() const;
 };
 
 // One light sample of each vertex, coordinate by coordinate.

@@ -14,12 +14,14 @@
 namespace kindling {
 
 template <typename Sink>
+template <typename Bsdf>
 PathStages::DirectCounts VertexLanes<Sink>::counts_of(const PathState& state, const Bsdf& bsdf) const {
   const bool reflects = state.bounce == 0 && stages_.world->lights.has_environment && any(bsdf.has_microfacets());
   return {stages_.light_sample_count(state), reflects ? static_cast<uint32_t>(stages_.settings.reflection_samples) : 0};
 }
 
 template <typename Sink>
+template <typename Bsdf>
 void VertexLanes<Sink>::add_lights(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
                                    uint32_t lanes) {
   std::array<ShadowLanes, kMaxDirectSamples + kMaxReflectionSamples> shadows;
@@ -48,16 +50,17 @@ void VertexLanes<Sink>::add_lights(const GatheredVertices& v, const Bsdf& bsdf, 
 }
 
 template <typename Sink>
+template <typename Bsdf>
 GatheredLights VertexLanes<Sink>::reflected_lights(const GatheredVertices& v, const Bsdf& bsdf, uint32_t number,
                                                    uint32_t lanes) const {
-  LaneNumbers x, y;
+  LaneNumbers choice, x, y;
   for (uint32_t lane = 0; lane < Lanes::kCount; ++lane) {
-    const V2f& u = v.members[lane]->sampled.reflections[number].light;
-    x[lane] = u.x, y[lane] = u.y;
+    const LightDraws& draws = v.members[lane]->sampled.reflections[number];
+    choice[lane] = draws.spare, x[lane] = draws.light.x, y[lane] = draws.light.y;
   }
-  const Vectors local = bsdf.sample_reflection({x.load(), y.load()});
+  const Vectors local = bsdf.sample_reflection(choice.load(), {x.load(), y.load()});
   const Vectors wi = v.frame.to_world(local);
-  return {wi, lanes & packed((local.z > 0.0f) & (wi.dot(v.normal) > 0.0f))};
+  return {wi, lanes & packed(bsdf.has_microfacets() & (local.z > 0.0f) & (wi.dot(v.normal) > 0.0f))};
 }
 
 // Sets radiance and density, given the probabilities of light samples to choose the environment.
@@ -87,6 +90,7 @@ void VertexLanes<Sink>::light_up(const LaneNumbers& probabilities, GatheredLight
 }
 
 template <typename Sink>
+template <typename Bsdf>
 void VertexLanes<Sink>::weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
                               const GatheredLights& lights, bool reflected, uint32_t lanes,
                               ShadowLanes& shadows) const {

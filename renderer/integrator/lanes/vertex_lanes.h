@@ -1,8 +1,9 @@
-// Shading of vertices without layers, and of clear glass, eight at a time in lanes.
+// Shading of vertices eight at a time in lanes: opaque surfaces without films, and glass.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "renderer/base/lanes.h"
+#include "renderer/bsdf/layered_bsdf.h"
 #include "renderer/bsdf/rough_glass.h"
 #include "renderer/integrator/lanes/gathered_vertices.h"
 #include "renderer/integrator/lanes/guide_lanes.h"
@@ -32,20 +33,28 @@ class VertexLanes {
   void take(size_t number, ShadeGroup::Member& member) {
     if (member.surface.layered && is_glass_in_lanes(number, member.surface) && take_glass(number, member)) return;
     const bool lambertian = is_lambertian(member.surface.bsdf);
-    if (member.surface.layered || is_alone_ || (lights_alone_ && lambertian) || is_caster(member.surface)) {
+    const bool layered = member.surface.layered;
+    if (is_alone_ || (lights_alone_ && lambertian) || is_caster(member.surface) ||
+        (layered && !are_layers_in_lanes(number, member.surface))) {
       shade_alone(static_cast<uint32_t>(number), member);
       return;
     }
-    const bool first = context_.states[context_.active[number]].bounce == 0;
-    VertexQueue& queue = queues_[(lambertian ? 2 : 0) + (first ? 1 : 0)];
+    const uint32_t kind = (lambertian ? 2 : 0) + (context_.states[context_.active[number]].bounce == 0 ? 1 : 0);
+    VertexQueue& queue = layered ? layered_[kind] : plain_[kind];
     queue.add(number, member);
-    if (queue.count == Lanes::kCount) shade(queue);
+    if (queue.count == Lanes::kCount) layered ? shade_layers(queue) : shade_plain(queue);
   }
   // Shades those that are left.
   void finish() {
-    for (VertexQueue& queue : queues_) {
+    for (VertexQueue& queue : plain_) {
       if (queue.count >= kMinEvalsTogether)
-        shade(queue);
+        shade_plain(queue);
+      else
+        shade_each_alone(queue);
+    }
+    for (VertexQueue& queue : layered_) {
+      if (queue.count >= kMinLayersTogether)
+        shade_layers(queue);
       else
         shade_each_alone(queue);
     }
@@ -63,10 +72,12 @@ class VertexLanes {
 
  private:
   static constexpr uint32_t kMinGlassTogether = 2; // one by itself is shaded alone
+  static constexpr uint32_t kMinLayersTogether = 2;
   static constexpr RayCone kNoSpecularCone{.spread = -1.0f};
 
   using Vectors = Imath::Vec3<Lanes>;
-  using Bsdf = GltfBsdfOf<Lanes>;
+  using PlainBsdf = GltfBsdfOf<Lanes>;
+  using LayersBsdf = LayeredBsdfOf<Lanes>;
   // Properties of the BSDFs that guides and path reuse depend on.
   struct Lobes {
     Lanes smooth, glossy, alpha;
@@ -93,7 +104,12 @@ class VertexLanes {
     return stages_.light_paths && stages_.light_paths->is_caster(surface.material);
   }
   // Gathers the photons around a vertex, and notes what light paths find from there on.
+  template <typename Bsdf>
   void join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
+
+  // Opaque surfaces with layers (layered_lanes.h): returns whether they may be taken; their lobes.
+  [[nodiscard]] bool are_layers_in_lanes(size_t number, const SurfacePoint& surface) const;
+  void shade_layers(VertexQueue& queue);
 
   // Glass (glass_lanes.h). is_glass_in_lanes() returns whether a vertex with layers is glass that
   // may be taken; take_glass() takes it, unless it is rough and is to be shaded alone.
@@ -114,23 +130,32 @@ class VertexLanes {
   void weigh_glass(const GatheredVertices& v, const GlassBoundaries& here, const RoughGlass& glass,
                    uint32_t light_samples, uint32_t number, uint32_t left, uint32_t lanes, ShadowLanes& shadows);
 
-  void shade(VertexQueue& queue);
+  void shade_plain(VertexQueue& queue);
+  // Shades the vertices of lanes, of which `alone` has those that add their light samples one by
+  // one.
+  template <typename Bsdf>
+  void shade(const GatheredVertices& v, const Bsdf& bsdf, uint32_t alone);
   // Return one vertex as those are that are shaded alone; `frame` is borrowed.
   [[nodiscard]] static Frame frame_of(const GatheredVertices& v, uint32_t lane) {
     return {lane_of(v.frame.tangent, lane), lane_of(v.frame.bitangent, lane), lane_of(v.frame.normal, lane)};
   }
-  [[nodiscard]] PathStages::Vertex vertex_of(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf,
+  [[nodiscard]] PathStages::Vertex vertex_of(const GatheredVertices& v, uint32_t lane, const PlainBsdf& bsdf,
                                              const Frame& frame) const {
+    return vertex_of(v, lane, GuidedBsdf(bsdf.lane(lane), frame), nullptr, frame);
+  }
+  [[nodiscard]] PathStages::Vertex vertex_of(const GatheredVertices& v, uint32_t lane, const LayersBsdf& /*bsdf*/,
+                                             const Frame& frame) const {
+    const SurfacePoint& surface = v.members[lane]->surface;
+    const GuidedBsdf alone(surface.bsdf, &surface.layers.bsdf, frame, -v.rays[lane]->direction);
+    return vertex_of(v, lane, alone, &layers_here_[lane], frame);
+  }
+  [[nodiscard]] PathStages::Vertex vertex_of(const GatheredVertices& v, uint32_t lane, const GuidedBsdf& bsdf,
+                                             const PathStages::LayersHere* layers, const Frame& frame) const {
     const ShadeGroup::Member& member = *v.members[lane];
-    return {member.surface,
-            context_.hits[v.numbers[lane]],
-            frame,
-            GuidedBsdf(bsdf.lane(lane), frame),
-            v.rays[lane]->time,
-            member.sampled,
-            nullptr};
+    return {member.surface, context_.hits[v.numbers[lane]], frame, bsdf, v.rays[lane]->time, member.sampled, layers};
   }
   // Adds the light samples of one vertex. True: its next direction is to be drawn.
+  template <typename Bsdf>
   bool light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
   // Notes how a vertex is reused and guided.
   void prepare(const GatheredVertices& v, uint32_t lane, const Lobes& lobes);
@@ -138,11 +163,15 @@ class VertexLanes {
   // Steps of shade(); `lanes` has a bit for each vertex that they concern. add_lights() adds light
   // samples and reflection samples, as PathStages::add_lights() for weights alone (light_lanes.h).
   // counts_of() returns how many a queue's vertices have: all are first surfaces, or none is.
+  template <typename Bsdf>
   [[nodiscard]] PathStages::DirectCounts counts_of(const PathState& state, const Bsdf& bsdf) const;
+  template <typename Bsdf>
   void add_lights(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts, uint32_t lanes);
+  template <typename Bsdf>
   [[nodiscard]] GatheredLights reflected_lights(const GatheredVertices& v, const Bsdf& bsdf, uint32_t number,
                                                 uint32_t lanes) const;
   void light_up(const LaneNumbers& probabilities, GatheredLights& reflected) const;
+  template <typename Bsdf>
   void weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
              const GatheredLights& lights, bool reflected, uint32_t lanes, ShadowLanes& shadows) const;
   void add_shadow(const GatheredVertices& v, uint32_t lane, uint32_t number, const ShadowLanes& shadows);
@@ -153,9 +182,12 @@ class VertexLanes {
     Vectors wi, weight;
     Lanes pdf, bsdf_pdf, reflection_pdf; // bsdf_pdf: without the guide
   };
+  template <typename Bsdf>
   void scatter(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts, uint32_t lanes);
+  template <typename Bsdf>
   [[nodiscard]] Scattered draw(const GatheredVertices& v, const Bsdf& bsdf, uint32_t lanes) const;
   // Replaces the directions of some lanes by those of the guide.
+  template <typename Bsdf>
   void follow(const GatheredVertices& v, const Bsdf& bsdf, const Vectors& wi, uint32_t lanes, Scattered& result) const;
   // Notes the directions in the records of shared paths and of first surfaces.
   void note_directions(const GatheredVertices& v, const Scattered& drawn, uint32_t lanes);
@@ -168,33 +200,41 @@ class VertexLanes {
   const PathStages& stages_;
   PathContext& context_;
   Sink& sink_;
-  bool is_alone_;                     // nothing is shaded in lanes
-  bool lights_alone_;                 // the light samples of no vertex are found in lanes
-  bool prepares_;                     // paths are shared, or directions guided
-  std::array<VertexQueue, 4> queues_; // with microfacets or Lambertian, each: later surfaces, first ones
+  bool is_alone_;     // nothing is shaded in lanes
+  bool lights_alone_; // the light samples of no vertex are found in lanes
+  bool prepares_;     // paths are shared, or directions guided
+  // Opaque surfaces: with microfacets or a Lambertian base, each: later surfaces, first ones.
+  std::array<VertexQueue, 4> plain_, layered_;
   VertexQueue clear_glass_;
   std::array<VertexQueue, 2> rough_glass_; // later surfaces, first ones
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
   LaneMask shared_first_, shared_second_;        // their first and second surfaces
   GuideLanes guides_;
+  GatheredVertices::Each<PathStages::LayersHere> layers_here_; // of layered surfaces
 };
 
 template <typename Sink>
-void VertexLanes<Sink>::shade(VertexQueue& queue) {
+void VertexLanes<Sink>::shade_plain(VertexQueue& queue) {
   const GatheredVertices v(queue, stages_, context_);
   queue.count = 0;
-  const Bsdf bsdf(v.parameters, v.wo);
-  const PathStages::DirectCounts counts = counts_of(*v.states[0], bsdf); // before a path leaves its first surface
   const uint32_t all = (1U << v.count) - 1U;
   uint32_t alone = lights_alone_ ? all : v.special & all;
   for (uint32_t lane = 0; lane < v.count; ++lane)
     alone |= records_surface(context_.active[v.numbers[lane]]) ? 1U << lane : 0U;
+  shade(v, PlainBsdf(v.parameters, v.wo), alone);
+}
+
+template <typename Sink>
+template <typename Bsdf>
+void VertexLanes<Sink>::shade(const GatheredVertices& v, const Bsdf& bsdf, uint32_t alone) {
+  const PathStages::DirectCounts counts = counts_of(*v.states[0], bsdf); // before a path leaves its first surface
+  const uint32_t all = (1U << v.count) - 1U;
   uint32_t drawn = all; // those whose next direction is drawn in lanes
   guides_.clear();
   shared_first_ = shared_second_ = LaneMask{};
   if (alone != 0 || prepares_ || stages_.light_paths) {
-    const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.glossy_probability(), bsdf.alpha()};
+    const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.cosine_begin(), bsdf.alpha()};
     for (uint32_t lane = 0; lane < v.count; ++lane) {
       const bool first = v.states[lane]->bounce == 0;
       if (((alone >> lane) & 1U) == 0) {
@@ -221,6 +261,7 @@ void VertexLanes<Sink>::prepare(const GatheredVertices& v, uint32_t lane, const 
 }
 
 template <typename Sink>
+template <typename Bsdf>
 void VertexLanes<Sink>::join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf) {
   const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
   const accel::Hit& hit = context_.hits[v.numbers[lane]];
@@ -230,6 +271,7 @@ void VertexLanes<Sink>::join_light_paths(const GatheredVertices& v, uint32_t lan
 }
 
 template <typename Sink>
+template <typename Bsdf>
 bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf) {
   const PathInFlight path = context_.path_at(context_.active[v.numbers[lane]]);
   const ShadeGroup::Member& member = *v.members[lane];
@@ -246,5 +288,6 @@ bool VertexLanes<Sink>::light_alone(const GatheredVertices& v, uint32_t lane, co
 
 #include "renderer/integrator/lanes/bounce_lanes.h"
 #include "renderer/integrator/lanes/glass_lanes.h"
+#include "renderer/integrator/lanes/layered_lanes.h"
 #include "renderer/integrator/lanes/light_lanes.h"
 #include "renderer/integrator/lanes/rough_glass_lanes.h"

@@ -38,8 +38,8 @@ inline std::optional<V3f> PathStages::reflection_direction(const Vertex& vertex,
     const BounceDraws both = draw_bounce(address.address, address.dimension);
     draws = {both.light, both.spare};
   }
-  const std::optional<V3f> wi = vertex.bsdf.bsdf().sample_reflection(draws.spare, draws.light);
-  return wi && wi->z > 0.0f ? std::optional(vertex.frame.to_world(*wi)) : std::nullopt;
+  const V3f wi = vertex.bsdf.bsdf().sample_reflection(draws.spare, draws.light);
+  return wi.z > 0.0f ? std::optional(vertex.frame.to_world(wi)) : std::nullopt;
 }
 
 inline LightSample PathStages::reflected_light(float probability, const V3f& wi,
