@@ -30,10 +30,12 @@ constexpr double kImpossibleSample = 1e4;
 // make the product of noise and cost this much larger or more, and remove less than this share of
 // the noise of its paths. On eleven scenes without caustics to speak of that share was .07 at most;
 // a car in the sun, whose sparkles few paths meet, had .18 and more, though half of its probes
-// predicted a loss.
+// predicted a loss, of up to 1.24. A probe that predicts more than the last limit ends the pilot
+// whatever its paths have met.
 constexpr uint64_t kPhotonProbe = 4;
 constexpr double kHopelessPhotons = 1.05;
 constexpr double kFewSparkles = 0.1;
+constexpr double kMuchTooDear = 1.5;
 // Costs in camera rays, fitted to times of path tracing.
 constexpr double kGatherCost = 0.4; // for each path, of its weights and its search
 constexpr double kPhotonRayCost = 4.0;
@@ -81,7 +83,7 @@ class PhotonPilot {
       choice.fraction = 0.0f;
       if (!measure(paths, choice)) continue; // stopped, or too few for a probe
       predict(choice);
-      if (removed_by_paths_ < kFewSparkles && choice.predicted > kHopelessPhotons) break;
+      if (choice.predicted > (removed_by_paths_ < kFewSparkles ? kHopelessPhotons : kMuchTooDear)) break;
     }
     if (!(choice.predicted * kMinPhotonGain < 1.0)) choice.fraction = 0.0f;
     return choice;
