@@ -107,7 +107,7 @@ class AnisotropicAlbedoTableOf {
         i = x - static_cast<float>(a), j = y - static_cast<float>(b), k = z - static_cast<float>(c);
       }
     }
-    // Returns the node that many nodes behind the first one, and the next.
+    // Returns the node that is `behind` nodes after the first one, and its neighbor in mu.
     [[nodiscard]] Pair<Real> pair(const AnisotropicTableNode* table, uint32_t behind) const {
       Pair<Real> both;
       if constexpr (std::is_same_v<Real, Lanes>) {
@@ -160,14 +160,15 @@ using AnisotropicAlbedoTable = AnisotropicAlbedoTableOf<float>;
   return {e.load(), b.load()};
 }
 
-// Returns the albedo of one of two functions: of the first where the microfacets are anisotropic.
-template <typename Turned, typename F, typename G>
-[[nodiscard]] auto select_albedo(const Turned& anisotropic, const F& of_anisotropic, const G& of_isotropic) {
-  if (!any(anisotropic)) return of_isotropic();
-  const auto turned = of_anisotropic();
-  if (all(anisotropic)) return turned;
-  const auto plain = of_isotropic();
-  return decltype(plain){select(anisotropic, turned.e, plain.e), select(anisotropic, turned.b, plain.b)};
+// Returns the albedo that one of two functions returns: the first where the microfacets are
+// anisotropic, else the second. A function that no lane needs is not called.
+template <typename Condition, typename F, typename G>
+[[nodiscard]] auto select_albedo(const Condition& is_anisotropic, const F& anisotropic, const G& isotropic) {
+  if (!any(is_anisotropic)) return isotropic();
+  const auto first = anisotropic();
+  if (all(is_anisotropic)) return first;
+  const auto second = isotropic();
+  return decltype(second){select(is_anisotropic, first.e, second.e), select(is_anisotropic, first.b, second.b)};
 }
 
 } // namespace kindling

@@ -95,7 +95,7 @@ class GltfBsdfOf {
   // True if there are microfacets, so that sample_reflection() finds directions.
   [[nodiscard]] MaskOf<Real> has_microfacets() const { return glossy_probability_ > 0.0f; }
   // Samples the visible normals alone; the direction may be below the horizon, where eval() is
-  // zero. There must be microfacets. The functions of LayeredBsdfOf choose by u_lobe.
+  // zero. There must be microfacets. With u_lobe as LayeredBsdfOf, which has several such lobes.
   [[nodiscard]] Vector sample_reflection(const Imath::Vec2<Real>& u) const;
   [[nodiscard]] Vector sample_reflection(const Real& /*u_lobe*/, const Imath::Vec2<Real>& u) const {
     return sample_reflection(u);
@@ -109,11 +109,16 @@ class GltfBsdfOf {
   // Returns the probability with which sample() uses the visible normals; else it uses the cosine
   // lobe. 0: Lambert.
   [[nodiscard]] Real glossy_probability() const { return glossy_probability_; }
-  [[nodiscard]] Real cosine_begin() const { return glossy_probability_; } // that of LayeredBsdfOf
+  [[nodiscard]] Real cosine_begin() const { return glossy_probability_; } // under the name of LayeredBsdfOf
   // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
   // `max_alpha` have.
   [[nodiscard]] Real smooth_share(float max_alpha) const {
     return select(alpha_ <= max_alpha, glossy_probability_, Real(0.0f));
+  }
+  // Returns the part of the density `pdf` of eval() that is due to such lobes.
+  [[nodiscard]] Real narrow_density(const Vector& wi, const Real& pdf, float max_alpha) const {
+    const Real rest = pdf - (1.0f - glossy_probability_) * maximum(wi.z, Real(0.0f)) * kInvPi;
+    return select(alpha_ <= max_alpha, maximum(rest, Real(0.0f)), Real(0.0f));
   }
   [[nodiscard]] Real alpha() const { return alpha_; } // of the microfacets, squared roughness; 0: Lambert
   // Returns the BSDF of one of eight lanes.

@@ -224,15 +224,17 @@ LobeAlbedos LayeredBsdf::lobe_albedos() const {
   return {saturate(diffuse), saturate(albedo_ - diffuse - transmission), saturate(transmission)};
 }
 
-template <>
-float LayeredBsdf::choice_density(Choice c, const V3f& wi) const {
-  if (!(std::abs(wi.z) > 0.0f)) return 0.0f;
-  switch (c) {
-  case kCoat: return coat_ && wi.z > 0.0f ? choice_probability(c) * coat_->eval(wi).pdf : 0.0f;
-  case kGlass: return glass_ ? choice_probability(c) * glass_->eval(wi).pdf : 0.0f;
-  case kGlossy: return wi.z > 0.0f ? choice_probability(c) * base_.eval_above(wi).glossy_pdf : 0.0f;
-  default: return 0.0f;
+template <typename Real>
+Real LayeredBsdfOf<Real>::choice_density(Choice c, const Vector& wi) const {
+  const auto above = wi.z > 0.0f;
+  const Real none = 0.0f;
+  if constexpr (!kInLanes) {
+    if (c == kGlass) return glass_ && std::abs(wi.z) > 0.0f ? choice_probability(c) * glass_->eval(wi).pdf : none;
   }
+  if (!any(above)) return none;
+  if (c == kCoat && coat_) return select(above, Real(choice_probability(c) * coat_->eval(wi).pdf), none);
+  if (c == kGlossy) return select(above, Real(choice_probability(c) * base_.eval_above(wi).glossy_pdf), none);
+  return none;
 }
 
 template <typename Real>
@@ -251,6 +253,15 @@ Real LayeredBsdfOf<Real>::smooth_share(float max_alpha) const {
   for (const Choice c : {kCoat, kGlass, kGlossy})
     share = select(choice_alpha(c) <= max_alpha, Real(share + choice_probability(c)), share);
   return share;
+}
+
+template <typename Real>
+Real LayeredBsdfOf<Real>::narrow_density(const Vector& wi, const Real& /*pdf*/, float max_alpha) const {
+  Real density = 0.0f;
+  for (const Choice c : {kCoat, kGlass, kGlossy})
+    if (const auto narrow = is_narrow(c, max_alpha); any(narrow))
+      density = select(narrow, Real(density + choice_density(c, wi)), density);
+  return density;
 }
 
 // Uses value and density of the sampled microfacet: more exact than eval() for narrow lobes.
@@ -360,6 +371,7 @@ template BsdfEvalOf<Lanes> LayeredBsdfOf<Lanes>::eval(const Vector&) const;
 template LayeredBsdfOf<Lanes>::Drawn LayeredBsdfOf<Lanes>::draw(const Lanes&, const Imath::Vec2<Lanes>&) const;
 template Imath::Vec3<Lanes> LayeredBsdfOf<Lanes>::sample_reflection(const Lanes&, const Imath::Vec2<Lanes>&) const;
 template Lanes LayeredBsdfOf<Lanes>::smooth_share(float) const;
+template Lanes LayeredBsdfOf<Lanes>::narrow_density(const Vector&, const Lanes&, float) const;
 #endif
 
 } // namespace kindling

@@ -48,11 +48,12 @@ class LayeredBsdfOf {
   // surface, with a total probability of 1 - cosine_begin(). Directions below the surface are
   // Lobe::transmission; sheen is Lobe::diffuse.
   [[nodiscard]] std::optional<BsdfSample> sample(float u_lobe, const V2f& u) const;
-  // The same of coat, sheen and base, where u_lobe selects none but those: see GltfBsdfOf::draw().
+  // Samples as GltfBsdfOf::draw() does, for a u_lobe that selects coat, sheen or the base above the
+  // surface.
   using Drawn = typename GltfBsdfOf<Real>::Drawn;
   [[nodiscard]] Drawn draw(const Real& u_lobe, const Imath::Vec2<Real>& u) const;
   [[nodiscard]] Real cosine_begin() const { return choice_end_[kGlossy]; }
-  [[nodiscard]] Real alpha() const { return 0.0f; } // all lobes except the cosine lobe are not one microfacet lobe
+  [[nodiscard]] Real alpha() const { return 0.0f; } // that of SurfaceBsdf: there may be several microfacet lobes
   // True if a coat or a glossy base reflects, so that sample_reflection() finds directions.
   [[nodiscard]] MaskOf<Real> has_microfacets() const { return microfacet_probability() > 0.0f; }
   // Samples the visible normals of the coat and of the glossy base alone, by their albedos: as
@@ -83,12 +84,18 @@ class LayeredBsdfOf {
   [[nodiscard]] Real choice_probability(Choice c) const { return choice_end_[c] - choice_begin(c); }
   // Returns the solid-angle density, including the choice of the lobe; for the coat, the glass and
   // the glossy base.
-  [[nodiscard]] float choice_density(Choice c, const V3f& wi) const;
+  [[nodiscard]] Real choice_density(Choice c, const Vector& wi) const;
   // Returns the alpha of the microfacets of these lobes, the larger one; infinity for others.
   [[nodiscard]] Real choice_alpha(Choice c) const;
   // Returns the fraction of the albedo, by luminance, that lobes with an alpha of at most
   // `max_alpha` have.
   [[nodiscard]] Real smooth_share(float max_alpha) const;
+  // Returns whether a lobe is one of these.
+  [[nodiscard]] MaskOf<Real> is_narrow(Choice c, float max_alpha) const {
+    return select(choice_probability(c) > 0.0f, choice_alpha(c), Real(kInfinity)) <= max_alpha;
+  }
+  // Returns the sum of the densities of such lobes. `pdf` is not read: see GltfBsdfOf.
+  [[nodiscard]] Real narrow_density(const Vector& wi, const Real& pdf, float max_alpha) const;
   // Returns the single-scattering albedo of the glossy base, seen from wo.
   [[nodiscard]] Rgb glossy_albedo() const { return base_.glossy_albedo() * glossy_weight_; }
   [[nodiscard]] const std::optional<DielectricLobe>& glass() const { return glass_; }
@@ -148,7 +155,5 @@ template <>
 Rgb LayeredBsdf::diffuse_value(const V3f& wi) const;
 template <>
 LobeAlbedos LayeredBsdf::lobe_albedos() const;
-template <>
-float LayeredBsdf::choice_density(Choice c, const V3f& wi) const;
 
 } // namespace kindling

@@ -11,28 +11,11 @@ namespace {
 using Choice = LayeredBsdf::Choice;
 constexpr Choice kMicrofacets[] = {LayeredBsdf::kCoat, LayeredBsdf::kGlass, LayeredBsdf::kGlossy};
 
-bool is_narrow(const LayeredBsdf& layers, Choice choice, float max_alpha) {
-  return layers.choice_probability(choice) > 0.0f && layers.choice_alpha(choice) <= max_alpha;
-}
-
-// The density of the narrow lobes, with the probability of their choice.
-float narrow_density(const SurfaceBsdf& bsdf, const V3f& wi, float pdf, float max_alpha) {
-  const LayeredBsdf* const layers = bsdf.layers();
-  if (!layers) {
-    if (!(bsdf.alpha() <= max_alpha)) return 0.0f;
-    return std::max(pdf - (1.0f - bsdf.cosine_begin()) * std::max(wi.z, 0.0f) * kInvPi, 0.0f);
-  }
-  float density = 0.0f;
-  for (const Choice choice : kMicrofacets)
-    if (is_narrow(*layers, choice, max_alpha)) density += layers->choice_density(choice, wi);
-  return density;
-}
-
 } // namespace
 
 float narrow_share(const SurfaceBsdf& bsdf, const V3f& wi, float pdf, float max_alpha) {
-  if (pdf == 0.0f) return is_narrow(*bsdf.layers(), LayeredBsdf::kGlass, max_alpha) ? 1.0f : 0.0f;
-  return std::min(narrow_density(bsdf, wi, pdf, max_alpha) / pdf, 1.0f);
+  if (pdf == 0.0f) return bsdf.layers()->is_narrow(LayeredBsdf::kGlass, max_alpha) ? 1.0f : 0.0f;
+  return std::min(bsdf.narrow_density(wi, pdf, max_alpha) / pdf, 1.0f);
 }
 
 float narrow_probability(const SurfaceBsdf& bsdf, float max_alpha) {
@@ -40,7 +23,7 @@ float narrow_probability(const SurfaceBsdf& bsdf, float max_alpha) {
   if (!layers) return bsdf.alpha() <= max_alpha ? bsdf.cosine_begin() : 0.0f;
   float sum = 0.0f;
   for (const Choice choice : kMicrofacets)
-    if (is_narrow(*layers, choice, max_alpha)) sum += layers->choice_probability(choice);
+    if (layers->is_narrow(choice, max_alpha)) sum += layers->choice_probability(choice);
   return sum;
 }
 
@@ -51,7 +34,7 @@ std::optional<BsdfSample> sample_narrow(const SurfaceBsdf& bsdf, float u_lobe, c
   if (const LayeredBsdf* const layers = bsdf.layers()) {
     float rest = chosen;
     for (const Choice choice : kMicrofacets) {
-      if (!is_narrow(*layers, choice, max_alpha)) continue;
+      if (!layers->is_narrow(choice, max_alpha)) continue;
       const float width = layers->choice_probability(choice);
       chosen = layers->choice_begin(choice) + std::min(rest, width * kOneMinusEpsilon);
       if (rest < width) break;
@@ -64,7 +47,7 @@ std::optional<BsdfSample> sample_narrow(const SurfaceBsdf& bsdf, float u_lobe, c
     sampled->weight *= probability;
     return sampled;
   }
-  const float density = narrow_density(bsdf, sampled->wi, sampled->pdf, max_alpha) / probability;
+  const float density = bsdf.narrow_density(sampled->wi, sampled->pdf, max_alpha) / probability;
   if (!(density > 0.0f)) return std::nullopt;
   sampled->weight *= sampled->pdf / density;
   sampled->pdf = density;

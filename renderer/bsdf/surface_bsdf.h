@@ -68,6 +68,11 @@ class SurfaceBsdf {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
     return plain ? plain->smooth_share(max_alpha) : layered().smooth_share(max_alpha);
   }
+  // Returns the part of the density `pdf` of eval() that is due to such lobes.
+  [[nodiscard]] float narrow_density(const V3f& wi, float pdf, float max_alpha) const {
+    const GltfBsdf* const plain = std::get_if<0>(&bsdf_);
+    return plain ? plain->narrow_density(wi, pdf, max_alpha) : layered().narrow_density(wi, pdf, max_alpha);
+  }
   // Returns the alpha of all lobes except the cosine lobe if they are one microfacet lobe, else 0.
   [[nodiscard]] float alpha() const {
     const GltfBsdf* const plain = std::get_if<0>(&bsdf_);

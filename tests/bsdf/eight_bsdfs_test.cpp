@@ -74,8 +74,10 @@ TEST(EightBsdfs, EvaluateToTheBitsOfEach) {
     LaneVectors wi;
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) wi.set(lane, any_direction(random));
     const BsdfEvalOf<Lanes> eval = together.eval(wi.load());
+    const Lanes narrow = together.narrow_density(wi.load(), eval.pdf, 0.1f);
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
       expect_same(eval, lane, alone[lane].eval(wi[lane]));
+      ASSERT_TRUE(same_bits(narrow[lane], alone[lane].narrow_density(wi[lane], eval.pdf[lane], 0.1f)));
       ASSERT_TRUE(same_bits(lane_of(together.albedo(), lane), alone[lane].albedo()));
       ASSERT_TRUE(same_bits(together.glossy_probability()[lane], alone[lane].glossy_probability()));
       ASSERT_TRUE(same_bits(together.smooth_share(0.1f)[lane], alone[lane].smooth_share(0.1f)));

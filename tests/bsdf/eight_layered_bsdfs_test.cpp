@@ -103,11 +103,13 @@ TEST(EightLayeredBsdfs, EvaluateToTheBitsOfEach) {
         LaneVectors wi;
         for (size_t lane = 0; lane < Lanes::kCount; ++lane) wi.set(lane, any_direction_of_layers(random));
         const BsdfEvalOf<Lanes> eval = together.eval(wi.load());
+        const Lanes narrow = together.narrow_density(wi.load(), eval.pdf, 0.1f);
         for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
           const BsdfEval expected = alone[lane].eval(wi[lane]);
           ASSERT_TRUE(same_bits(lane_of(eval.value, lane), expected.value));
           ASSERT_TRUE(same_bits(eval.pdf[lane], expected.pdf));
           ASSERT_TRUE(same_bits(eval.reflection_pdf[lane], expected.reflection_pdf));
+          ASSERT_TRUE(same_bits(narrow[lane], alone[lane].narrow_density(wi[lane], expected.pdf, 0.1f)));
           zero += expected.pdf == 0.0f ? 1 : 0;
           ASSERT_TRUE(same_bits(lane_of(together.albedo(), lane), alone[lane].albedo()));
           ASSERT_TRUE(same_bits(together.cosine_begin()[lane], alone[lane].cosine_begin()));

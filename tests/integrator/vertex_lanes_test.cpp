@@ -213,8 +213,10 @@ void expect_glass_alone_as_together(const World& world) {
 TEST(VertexLanes, Glass) { expect_glass_alone_as_together(*world_of_glass()); }
 TEST(VertexLanes, RoughGlass) { expect_glass_alone_as_together(*world_of_rough_glass()); }
 
-TEST(VertexLanes, GlassBesidePhotons) {
-  for (const auto& make : {world_of_glass, world_of_rough_glass}) {
+// Mirrors, coats and glass cast caustics.
+TEST(VertexLanes, CastersBesidePhotons) {
+  const Guide guide = guide_to_lamp();
+  for (const auto& make : {world_of_glass, world_of_rough_glass, world_of_layers, colorful_world}) {
     const auto world = make();
     for (const float light_paths : {0.0f, 0.5f}) {
       Variant variant;
@@ -224,6 +226,8 @@ TEST(VertexLanes, GlassBesidePhotons) {
       variant.settings.direct_samples = 3;
       variant.settings.reflection_samples = 2;
       expect_alone_as_together(*world, variant, "photons beside several samples");
+      variant.guide = &guide;
+      expect_alone_as_together(*world, variant, "photons beside a guide");
     }
   }
 }
@@ -240,8 +244,6 @@ TEST(VertexLanes, Layers) {
       expect_alone_as_together(*world, variant, "layers");
       variant.settings.roulette_start_bounce = 0;
       expect_alone_as_together(*world, variant, "early roulette");
-      variant.settings.photons = 1.0f;
-      expect_alone_as_together(*world, variant, "photons");
     }
   Variant variant;
   for (const Aov aov : {Aov::albedo, Aov::normal, Aov::depth}) variant.aovs.insert(aov);

@@ -47,6 +47,11 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
   LaneRows states;
   states.store_columns(columns);
   const uint32_t glossy = packed(drawn.glossy);
+  LaneNumbers shares; // of casters
+  if ((lanes & casters_) != 0) {
+    const Vectors local = v.frame.to_local(wi);
+    shares = narrow_shares(bsdf, local, bsdf.eval(local).pdf);
+  }
   for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
     const PathState& state = *v.states[lane];
@@ -57,7 +62,10 @@ void VertexLanes<Sink>::scatter(const GatheredVertices& v, const Bsdf& bsdf, con
                              ? specular_cone(*stages_.world, context_.hits[v.numbers[lane]], v.members[lane]->surface,
                                              V3f(ray[4], ray[5], ray[6]), 1.0f, state.specular_cone)
                              : kNoSpecularCone;
-    if (stages_.light_paths) stages_.note_scattered(v.members[lane]->surface, 0, false, *v.states[lane]);
+    if (stages_.light_paths) {
+      const uint32_t narrow_steps = ((casters_ >> lane) & 1U) != 0 ? LightPathView::steps_of(shares[lane]) : 0;
+      stages_.note_scattered(v.members[lane]->surface, narrow_steps, false, *v.states[lane]);
+    }
     extend(v, lane, ray, states[lane], lobe, cone);
   }
 }

@@ -27,7 +27,7 @@ void VertexLanes<Sink>::add_lights(const GatheredVertices& v, const Bsdf& bsdf, 
   std::array<ShadowLanes, kMaxDirectSamples + kMaxReflectionSamples> shadows;
   uint32_t count = 0;
   for (; count < counts.lights; ++count)
-    weigh(v, bsdf, counts, GatheredLights(v, context_.group, count), false, lanes, shadows[count]);
+    weigh(v, bsdf, counts, GatheredLights(v, context_.group, count), count, false, lanes, shadows[count]);
   if (counts.reflections > 0) {
     LaneNumbers probabilities; // of light samples to choose the environment
     for (uint32_t lane = 0; lane < v.count; ++lane) {
@@ -38,7 +38,7 @@ void VertexLanes<Sink>::add_lights(const GatheredVertices& v, const Bsdf& bsdf, 
     for (uint32_t number = 0; number < counts.reflections; ++number, ++count) {
       GatheredLights reflected = reflected_lights(v, bsdf, number, lanes);
       light_up(probabilities, reflected);
-      weigh(v, bsdf, counts, reflected, true, lanes, shadows[count]);
+      weigh(v, bsdf, counts, reflected, number, true, lanes, shadows[count]);
     }
   }
   // Vertex by vertex: rays that start at one point are traced well together.
@@ -92,12 +92,13 @@ void VertexLanes<Sink>::light_up(const LaneNumbers& probabilities, GatheredLight
 template <typename Sink>
 template <typename Bsdf>
 void VertexLanes<Sink>::weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
-                              const GatheredLights& lights, bool reflected, uint32_t lanes,
+                              const GatheredLights& lights, uint32_t number, bool reflected, uint32_t lanes,
                               ShadowLanes& shadows) const {
   const Vectors local = v.frame.to_local(lights.wi);
   BsdfEvalOf<Lanes> eval = bsdf.eval(local);
   const LaneMask no{};
   shadows.lit = lanes & lights.there & packed((lights.wi.dot(v.normal) > 0.0f) & (is_black(eval.value) == no));
+  const Lanes bsdf_pdf = eval.pdf;
   eval.pdf = guides_.mixed(eval.pdf, local.z, lights.wi, shadows.lit);
   const auto [density, weight] =
       PathStages::weight_of(counts, lights.pdf, eval.pdf, eval.reflection_pdf, lights.is_environment,
@@ -110,6 +111,25 @@ void VertexLanes<Sink>::weigh(const GatheredVertices& v, const Bsdf& bsdf, const
   // A second surface that is shared keeps its light before it is reflected.
   const Vectors reflectance = select(shared_second_, Vectors(Lanes(1.0f)), v.throughput * eval.value);
   shadows.contributions.store(reflectance * lights.radiance * Lanes(weight / density));
+  if ((shadows.lit & casters_) != 0)
+    share_light(v, lights, number, reflected, narrow_shares(bsdf, local, bsdf_pdf), shadows);
+}
+
+template <typename Sink>
+void VertexLanes<Sink>::share_light(const GatheredVertices& v, const GatheredLights& lights, uint32_t number,
+                                    bool reflected, const LaneNumbers& shares, ShadowLanes& shadows) const {
+  for (uint32_t rest = shadows.lit & casters_; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<uint32_t>(std::countr_zero(rest));
+    const ShadeGroup::Member& member = *v.members[lane];
+    const PathState& state = *v.states[lane];
+    if (!stages_.light_is_shared(member.surface, 1.0f, state)) continue;
+    const LightSample environment{
+        .wi = lane_of(lights.wi, lane), .distance = kInfinity, .kind = LightKind::environment};
+    const LightSample& light = reflected ? environment : *context_.group.lights[member.first_light + number];
+    const float weight = stages_.light_path_weight(member.surface, v.rays[lane]->time, light,
+                                                   LightPathView::steps_of(shares[lane]), state);
+    shadows.contributions.set(lane, shadows.contributions[lane] * weight);
+  }
 }
 
 template <typename Sink>

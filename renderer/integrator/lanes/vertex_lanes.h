@@ -34,8 +34,7 @@ class VertexLanes {
     if (member.surface.layered && is_glass_in_lanes(number, member.surface) && take_glass(number, member)) return;
     const bool lambertian = is_lambertian(member.surface.bsdf);
     const bool layered = member.surface.layered;
-    if (is_alone_ || (lights_alone_ && lambertian) || is_caster(member.surface) ||
-        (layered && !are_layers_in_lanes(number, member.surface))) {
+    if (is_alone_ || (lights_alone_ && lambertian) || (layered && !are_layers_in_lanes(number, member.surface))) {
       shade_alone(static_cast<uint32_t>(number), member);
       return;
     }
@@ -106,6 +105,17 @@ class VertexLanes {
   // Gathers the photons around a vertex, and notes what light paths find from there on.
   template <typename Bsdf>
   void join_light_paths(const GatheredVertices& v, uint32_t lane, const Bsdf& bsdf);
+  // Returns narrow_share() of each BSDF for its local direction, given its density there.
+  template <typename Bsdf>
+  [[nodiscard]] static LaneNumbers narrow_shares(const Bsdf& bsdf, const Vectors& wi, const Lanes& pdf) {
+    const Lanes share = bsdf.narrow_density(wi, pdf, LightPathView::kMaxNarrowAlpha) / pdf;
+    LaneNumbers shares;
+    shares.store(select(pdf > 0.0f, minimum(share, Lanes(1.0f)), Lanes(0.0f)));
+    return shares;
+  }
+  // Weights the light of lit casters against that of light paths, given these shares.
+  void share_light(const GatheredVertices& v, const GatheredLights& lights, uint32_t number, bool reflected,
+                   const LaneNumbers& shares, ShadowLanes& shadows) const;
 
   // Opaque surfaces with layers (layered_lanes.h): returns whether they may be taken; their lobes.
   [[nodiscard]] bool are_layers_in_lanes(size_t number, const SurfacePoint& surface) const;
@@ -173,7 +183,7 @@ class VertexLanes {
   void light_up(const LaneNumbers& probabilities, GatheredLights& reflected) const;
   template <typename Bsdf>
   void weigh(const GatheredVertices& v, const Bsdf& bsdf, const PathStages::DirectCounts& counts,
-             const GatheredLights& lights, bool reflected, uint32_t lanes, ShadowLanes& shadows) const;
+             const GatheredLights& lights, uint32_t number, bool reflected, uint32_t lanes, ShadowLanes& shadows) const;
   void add_shadow(const GatheredVertices& v, uint32_t lane, uint32_t number, const ShadowLanes& shadows);
 
   // scatter() samples the next directions, as PathStages::sample_bounce() (bounce_lanes.h).
@@ -210,6 +220,7 @@ class VertexLanes {
   // For the queue that is being shaded, lane by lane.
   GatheredVertices::Each<ReusedPath*> reused_{}; // null: not shared
   LaneMask shared_first_, shared_second_;        // their first and second surfaces
+  uint32_t casters_ = 0;                         // a bit for each that is one
   GuideLanes guides_;
   GatheredVertices::Each<PathStages::LayersHere> layers_here_; // of layered surfaces
 };
@@ -233,13 +244,15 @@ void VertexLanes<Sink>::shade(const GatheredVertices& v, const Bsdf& bsdf, uint3
   uint32_t drawn = all; // those whose next direction is drawn in lanes
   guides_.clear();
   shared_first_ = shared_second_ = LaneMask{};
-  if (alone != 0 || prepares_ || stages_.light_paths) {
+  casters_ = 0;
+  for (uint32_t lane = 0; lane < v.count && stages_.light_paths; ++lane)
+    casters_ |= is_caster(v.members[lane]->surface) ? 1U << lane : 0U;
+  if (alone != 0 || prepares_) {
     const Lobes lobes{bsdf.smooth_share(kMinSharedAlpha), bsdf.cosine_begin(), bsdf.alpha()};
     for (uint32_t lane = 0; lane < v.count; ++lane) {
       const bool first = v.states[lane]->bounce == 0;
       if (((alone >> lane) & 1U) == 0) {
         if (prepares_) prepare(v, lane, lobes);
-        if (stages_.light_paths) join_light_paths(v, lane, bsdf);
       } else if (!light_alone(v, lane, bsdf)) {
         drawn &= ~(1U << lane);
       }
@@ -247,6 +260,8 @@ void VertexLanes<Sink>::shade(const GatheredVertices& v, const Bsdf& bsdf, uint3
     }
   }
   if (alone != all) add_lights(v, bsdf, counts, all & ~alone);
+  for (uint32_t rest = stages_.light_paths ? all & ~alone : 0; rest != 0; rest &= rest - 1)
+    join_light_paths(v, static_cast<uint32_t>(std::countr_zero(rest)), bsdf);
   if (drawn != 0) scatter(v, bsdf, counts, drawn);
 }
 

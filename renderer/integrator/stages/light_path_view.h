@@ -114,7 +114,9 @@ struct LightPathView {
   // direction.
   [[nodiscard]] static uint8_t narrow_steps(const SurfaceBsdf& bsdf, const V3f& wi, bool delta) {
     const float pdf = delta ? 0.0f : bsdf.eval(wi).pdf;
-    const float share = delta || pdf > 0.0f ? narrow_share(bsdf, wi, pdf, kMaxNarrowAlpha) : 0.0f;
+    return steps_of(delta || pdf > 0.0f ? narrow_share(bsdf, wi, pdf, kMaxNarrowAlpha) : 0.0f);
+  }
+  [[nodiscard]] static uint8_t steps_of(float share) {
     return static_cast<uint8_t>(share * static_cast<float>(kShares) + 0.5f);
   }
   // Returns the share that light paths find, given those of the first surface and the last caster.
