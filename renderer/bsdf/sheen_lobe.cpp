@@ -59,7 +59,7 @@ SheenLobeOf<Each>::SheenLobeOf(const Each& roughness, const Vector& wo, const Sh
 
 template <typename Each>
 template <typename Real>
-SheenLobeOf<Each>::Column<Real> SheenLobeOf<Each>::column_of(const Real& mu) {
+typename SheenLobeOf<Each>::template Column<Real> SheenLobeOf<Each>::column_of(const Real& mu) {
   const Real x = square_root(minimum(mu, Real(1.0f))) * static_cast<float>(kSheenMuNodes - 1);
   if constexpr (std::is_same_v<Real, Lanes>) {
     const Int8 cells = cells_of(x, kSheenMuNodes - 2);
