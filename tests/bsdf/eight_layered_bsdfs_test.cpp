@@ -25,8 +25,7 @@ V3f any_direction_of_layers(Random& random) {
   return u > 0.9f ? V3f(w.x, w.y, 0.0f).normalized() : w;
 }
 
-// An opaque material, with any of coat, sheen and anisotropy, and now and then with values that are
-// no valid ones.
+// An opaque material with any of coat, sheen and anisotropy. A few have values that are not valid.
 LayeredMaterial any_opaque_layers(bool lambertian, Random& random) {
   LayeredMaterial m = test::random_material(random, 0.0f);
   LayerParameters& l = m.layers;
@@ -81,8 +80,7 @@ void for_many_layered_bsdfs(const Compare& compare) {
     LayersInLanes materials;
     LaneVectors wo;
     std::vector<LayeredBsdf> alone;
-    // Sets of one layer alone leave out what the others need.
-    const int kinds = i % 4;
+    const int kinds = i % 4; // sheen alone, no sheen, or anisotropy everywhere; else anything
     for (size_t lane = 0; lane < Lanes::kCount; ++lane) {
       LayeredMaterial m = any_opaque_layers(i % 5 == 0, random);
       if (kinds == 1) m.layers.clearcoat = m.layers.anisotropy = 0.0f;

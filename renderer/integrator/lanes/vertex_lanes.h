@@ -45,28 +45,10 @@ class VertexLanes {
   }
   // Shades those that are left.
   void finish() {
-    for (VertexQueue& queue : plain_) {
-      if (queue.count >= kMinEvalsTogether)
-        shade_plain(queue);
-      else
-        shade_each_alone(queue);
-    }
-    for (VertexQueue& queue : layered_) {
-      if (queue.count >= kMinLayersTogether)
-        shade_layers(queue);
-      else
-        shade_each_alone(queue);
-    }
-    if (clear_glass_.count >= kMinGlassTogether)
-      shade_glass(clear_glass_);
-    else
-      shade_each_alone(clear_glass_);
-    for (VertexQueue& queue : rough_glass_) {
-      if (queue.count >= kMinGlassTogether)
-        shade_rough_glass(queue);
-      else
-        shade_each_alone(queue);
-    }
+    for (VertexQueue& queue : plain_) finish(queue, kMinEvalsTogether, &VertexLanes::shade_plain);
+    for (VertexQueue& queue : layered_) finish(queue, kMinLayersTogether, &VertexLanes::shade_layers);
+    finish(clear_glass_, kMinGlassTogether, &VertexLanes::shade_glass);
+    for (VertexQueue& queue : rough_glass_) finish(queue, kMinGlassTogether, &VertexLanes::shade_rough_glass);
   }
 
  private:
@@ -86,6 +68,14 @@ class VertexLanes {
     const PathInFlight path = context_.path_at(context_.active[number]);
     stages_.scatter_at(context_.rays[number], context_.hits[number], member.surface, member.sampled,
                        context_.group.lights_of(member), path, sink_);
+  }
+
+  // Shades those of a queue, in lanes if there are as many as `least`.
+  void finish(VertexQueue& queue, size_t least, void (VertexLanes::*shade_in_lanes)(VertexQueue&)) {
+    if (queue.count >= least)
+      (this->*shade_in_lanes)(queue);
+    else
+      shade_each_alone(queue);
   }
 
   void shade_each_alone(VertexQueue& queue) {
