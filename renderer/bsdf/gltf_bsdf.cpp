@@ -197,10 +197,7 @@ LobeAlbedos GltfBsdf::lobe_albedos() const {
 template <>
 std::optional<BsdfSample> GltfBsdf::sample(float u_lobe, const V2f& u) const {
   assert(u_lobe >= 0.0f && u_lobe <= 1.0f);
-  const Drawn drawn = draw(u_lobe, u);
-  if (!drawn.found) return std::nullopt;
-  return BsdfSample{drawn.wi, drawn.weight, drawn.pdf, drawn.glossy ? Lobe::glossy : Lobe::diffuse,
-                    drawn.reflection_pdf};
+  return reflected_sample(draw(u_lobe, u));
 }
 
 template class GltfBsdfOf<float>;

@@ -95,7 +95,7 @@ class GltfBsdfOf {
   // True if there are microfacets, so that sample_reflection() finds directions.
   [[nodiscard]] MaskOf<Real> has_microfacets() const { return glossy_probability_ > 0.0f; }
   // Samples the visible normals alone; the direction may be below the horizon, where eval() is
-  // zero. There must be microfacets. With u_lobe as LayeredBsdfOf, which has several such lobes.
+  // zero. There must be microfacets. LayeredBsdfOf has several such lobes and reads u_lobe.
   [[nodiscard]] Vector sample_reflection(const Imath::Vec2<Real>& u) const;
   [[nodiscard]] Vector sample_reflection(const Real& /*u_lobe*/, const Imath::Vec2<Real>& u) const {
     return sample_reflection(u);
@@ -154,6 +154,13 @@ class GltfBsdfOf {
   GgxAlbedoTableOf<Real> table_;
 };
 using GltfBsdf = GltfBsdfOf<float>;
+
+// Returns the sample of draw(); empty if there is none.
+[[nodiscard]] inline std::optional<BsdfSample> reflected_sample(const GltfBsdf::Drawn& drawn) {
+  if (!drawn.found) return std::nullopt;
+  return BsdfSample{drawn.wi, drawn.weight, drawn.pdf, drawn.glossy ? Lobe::glossy : Lobe::diffuse,
+                    drawn.reflection_pdf};
+}
 
 template <>
 void GltfBsdf::eval(const EvalDirections& wi, BsdfEvals& evals) const;

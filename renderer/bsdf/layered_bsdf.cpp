@@ -347,10 +347,7 @@ std::optional<BsdfSample> LayeredBsdf::sample(float u_lobe, const V2f& u) const 
       return sample_glass(std::min((u_lobe - choice_end_[kSheen]) / choice_probability(kGlass), kOneMinusEpsilon), u);
     if (u_lobe < choice_end_[kBelow]) return sample_below(u);
   }
-  const Drawn drawn = draw(u_lobe, u);
-  if (!drawn.found) return std::nullopt;
-  return BsdfSample{drawn.wi, drawn.weight, drawn.pdf, drawn.glossy ? Lobe::glossy : Lobe::diffuse,
-                    drawn.reflection_pdf};
+  return reflected_sample(draw(u_lobe, u));
 }
 
 template class LayeredBsdfOf<float>;

@@ -70,9 +70,9 @@ class VertexLanes {
                        context_.group.lights_of(member), path, sink_);
   }
 
-  // Shades those of a queue, in lanes if there are as many as `least`.
-  void finish(VertexQueue& queue, size_t least, void (VertexLanes::*shade_in_lanes)(VertexQueue&)) {
-    if (queue.count >= least)
+  // Shades those of a queue, in lanes if there are enough of them.
+  void finish(VertexQueue& queue, size_t min_count, void (VertexLanes::*shade_in_lanes)(VertexQueue&)) {
+    if (queue.count >= min_count)
       (this->*shade_in_lanes)(queue);
     else
       shade_each_alone(queue);
